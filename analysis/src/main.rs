@@ -1,0 +1,3 @@
+//! The `mos` command.
+
+fn main() {}

@@ -1,0 +1,60 @@
+//! One file a subcommand: its arguments (`Args`) and `run(args, &Console) -> anyhow::Result<()>`.
+//!
+//! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::console::Console;
+
+/// A request that can never work as written, whatever the machine: exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct WrongUsage(pub String);
+
+/// Stereo-consistent screen-space reflections: render, compare, run studies.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true)]
+struct Cli {
+    /// One JSON object on stdout; everything else goes to stderr.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {}
+
+fn dispatch(cli: Cli) -> anyhow::Result<()> {
+    let _console = Console::new(cli.json);
+    match cli.command {}
+}
+
+/// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.
+pub fn main() -> ExitCode {
+    crate::console::start();
+    match dispatch(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", one_sentence(&error));
+            ExitCode::from(if error.downcast_ref::<WrongUsage>().is_some() { 2 } else { 1 })
+        }
+    }
+}
+
+/// The chain of causes, without the parts that an outer message already quotes.
+fn one_sentence(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain() {
+        let cause = cause.to_string();
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text.push_str(": ");
+            text.push_str(&cause);
+        }
+    }
+    text
+}

@@ -1,0 +1,7 @@
+//! Stereo-consistent screen-space reflections, shown to people and judged with honest statistics.
+//!
+//! Data flows one way: study → session → display → render; see ARCHITECTURE.md.
+
+pub mod commands;
+pub mod console;
+pub mod scene;
