@@ -1,0 +1,43 @@
+//! The built-in scenes: made by code, handed to the loader as ordinary glTF.
+//!
+//! One file a scene, one a family of shapes; the manifests in `scenes/` place eyes, lights and motion.
+
+// Shapes and patterns ahead of the scenes that use them.
+#![allow(dead_code)]
+
+mod builder;
+mod noise;
+mod pattern;
+mod room;
+mod shape;
+mod solids;
+mod surface;
+mod sweep;
+mod texture;
+
+pub use builder::Generated;
+
+/// The built-in scenes, in the order of the paper's Table 1.
+pub const NAMES: [&str; 1] = ["room"];
+
+/// The manifest of a built-in scene, as in `scenes/NAME.json`.
+pub fn manifest(name: &str) -> Option<&'static str> {
+    match name {
+        "room" => Some(include_str!("../../../scenes/room.json")),
+        _ => None,
+    }
+}
+
+/// Makes a built-in scene's glTF; `detail` (0.01–4) scales its triangle count.
+///
+/// # Errors
+/// One sentence when the name is unknown or the detail out of range.
+pub fn generate(name: &str, detail: f64) -> Result<Generated, String> {
+    if !(0.01..=4.0).contains(&detail) {
+        return Err(format!("detail is {detail}; it must be 0.01 to 4"));
+    }
+    match name {
+        "room" => room::build(detail).finish(),
+        _ => Err(format!("there is no built-in scene `{name}`; known: {}", NAMES.join(", "))),
+    }
+}
