@@ -69,13 +69,9 @@ pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
         }
     }
     let encoding = exr_io::Encoding::SMALL_LOSSLESS;
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(list));
-    let mut image = Image::from_layer(layer);
     let views = VIEWS.iter().map(|v| exr_io::Text::new_or_panic(v)).collect();
-    image.layer_data.attributes.other.insert(
-        exr_io::Text::new_or_panic("multiView"),
-        exr::meta::attribute::AttributeValue::TextVector(views),
-    );
+    let attributes = LayerAttributes { multi_view_names: Some(views), ..LayerAttributes::default() };
+    let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(list)));
     let mut bytes = Cursor::new(Vec::new());
     // One thread: the same bytes every time.
     image.write().non_parallel().to_buffered(&mut bytes).map_err(|e| encode(e.to_string()))?;
@@ -148,8 +144,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("a.exr");
         let (color, reflection) = (gradient(7, 5, 0.1), gradient(7, 5, 100.5));
-        let parts =
-            [Part { layer: "", picture: &color }, Part { layer: "reflection", picture: &reflection }];
+        let parts = [Part { layer: "", picture: &color }, Part { layer: "reflection", picture: &reflection }];
         write_exr(&path, &parts).expect("written");
         assert_eq!(read_exr(&path, "").expect("read"), color);
         assert_eq!(read_exr(&path, "reflection").expect("read"), reflection);

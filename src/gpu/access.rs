@@ -131,11 +131,8 @@ impl State {
             };
             return (needed.then_some(barrier), after);
         }
-        let after = State {
-            read_stage: self.read_stage | next.stage,
-            read_access: self.read_access | next.access,
-            ..*self
-        };
+        let after =
+            State { read_stage: self.read_stage | next.stage, read_access: self.read_access | next.access, ..*self };
         if seen || self.write_stage == Stage::NONE {
             return (None, after);
         }

@@ -101,7 +101,11 @@ impl Gpu {
             buffer_device_address: false,
             allocation_sizes: Default::default(),
         })
-        .map_err(|e| GpuError::Memory { what: "the allocator".to_owned(), bytes: 0, reason: e.to_string() })?;
+        .map_err(|e| GpuError::Memory {
+            what: "the allocator".to_owned(),
+            bytes: 0,
+            reason: e.to_string(),
+        })?;
 
         let cache_file = options.pipeline_cache.as_ref().map(|folder| {
             let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
@@ -230,7 +234,8 @@ fn create_instance(entry: &ash::Entry, creator: &dyn Creator, options: &GpuOptio
     let mut extensions = Vec::new();
     if options.validation {
         // SAFETY: the loader is loaded.
-        let there = unsafe { entry.enumerate_instance_layer_properties() }.called("vkEnumerateInstanceLayerProperties")?;
+        let there =
+            unsafe { entry.enumerate_instance_layer_properties() }.called("vkEnumerateInstanceLayerProperties")?;
         if !there.iter().any(|l| text(&l.layer_name).as_bytes() == VALIDATION_LAYER.to_bytes()) {
             return Err(GpuError::NoValidation);
         }
@@ -265,10 +270,8 @@ fn create_device(
     if core.sampler_anisotropy == vk::FALSE || core.independent_blend == vk::FALSE {
         return Err(lacks("anisotropic filtering"));
     }
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
-        .dynamic_rendering(true)
-        .synchronization2(true)
-        .maintenance4(true);
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
     let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
@@ -312,7 +315,8 @@ fn watch(
         .pfn_user_callback(Some(heard))
         .user_data(std::ptr::from_ref(messages).cast_mut().cast());
     // SAFETY: `messages` is boxed in the `Gpu` and outlives the messenger, which `Drop` destroys first.
-    let messenger = unsafe { functions.create_debug_utils_messenger(&info, None) }.called("vkCreateDebugUtilsMessenger")?;
+    let messenger =
+        unsafe { functions.create_debug_utils_messenger(&info, None) }.called("vkCreateDebugUtilsMessenger")?;
     Ok((functions, messenger))
 }
 
@@ -326,7 +330,8 @@ unsafe extern "system" fn heard(
     // SAFETY: Vulkan passes the callback data it documents and our own pointer to a living mutex (see `watch`).
     let (text, messages) = unsafe {
         let message = (*data).p_message;
-        let text = if message.is_null() { String::new() } else { CStr::from_ptr(message).to_string_lossy().into_owned() };
+        let text =
+            if message.is_null() { String::new() } else { CStr::from_ptr(message).to_string_lossy().into_owned() };
         (text, &*user.cast::<Mutex<Vec<String>>>())
     };
     eprintln!("vulkan validation: {text}");

@@ -12,7 +12,8 @@ pub trait Creator {
     ///
     /// # Errors
     /// What the loader or the runtime said.
-    fn create_instance(&self, entry: &ash::Entry, info: &vk::InstanceCreateInfo<'_>) -> Result<ash::Instance, GpuError>;
+    fn create_instance(&self, entry: &ash::Entry, info: &vk::InstanceCreateInfo<'_>)
+    -> Result<ash::Instance, GpuError>;
 
     /// Picks the physical device.
     ///
@@ -40,7 +41,11 @@ pub struct OwnDevice {
 }
 
 impl Creator for OwnDevice {
-    fn create_instance(&self, entry: &ash::Entry, info: &vk::InstanceCreateInfo<'_>) -> Result<ash::Instance, GpuError> {
+    fn create_instance(
+        &self,
+        entry: &ash::Entry,
+        info: &vk::InstanceCreateInfo<'_>,
+    ) -> Result<ash::Instance, GpuError> {
         // SAFETY: `info` and what it points to live for the call; the caller keeps `entry` longer than the instance.
         unsafe { entry.create_instance(info, None) }.called("vkCreateInstance")
     }
@@ -119,7 +124,8 @@ pub fn list_devices() -> Result<Vec<(String, String, String)>, GpuError> {
     // SAFETY: loading the system's Vulkan loader runs its initialisers, which the system vouches for.
     let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
     let app = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
-    let instance = OwnDevice::default().create_instance(&entry, &vk::InstanceCreateInfo::default().application_info(&app))?;
+    let instance =
+        OwnDevice::default().create_instance(&entry, &vk::InstanceCreateInfo::default().application_info(&app))?;
     let devices = physical_devices(&instance);
     // SAFETY: nothing made from the instance is left.
     unsafe { instance.destroy_instance(None) };

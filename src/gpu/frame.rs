@@ -71,8 +71,7 @@ impl Frame {
             frame.descriptors =
                 device.create_descriptor_pool(&descriptor_info, None).called("vkCreateDescriptorPool")?;
             frame.queries = device.create_query_pool(&query_info, None).called("vkCreateQueryPool")?;
-            let begin =
-                vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             device.begin_command_buffer(frame.commands, &begin).called("vkBeginCommandBuffer")?;
             device.cmd_reset_query_pool(frame.commands, frame.queries, 0, 2 * MAX_PASSES);
         }
@@ -180,18 +179,15 @@ impl Frame {
         let mut offset = 0;
         let mut regions = Vec::new();
         for (mip, level) in levels.iter().enumerate() {
-            let extent =
-                vk::Extent3D { width: (width >> mip).max(1), height: (height >> mip).max(1), depth: 1 };
-            regions.push(
-                vk::BufferImageCopy::default().buffer_offset(offset).image_extent(extent).image_subresource(
-                    vk::ImageSubresourceLayers {
-                        aspect_mask: to.aspect,
-                        mip_level: mip as u32,
-                        base_array_layer: 0,
-                        layer_count: 1,
-                    },
-                ),
-            );
+            let extent = vk::Extent3D { width: (width >> mip).max(1), height: (height >> mip).max(1), depth: 1 };
+            regions.push(vk::BufferImageCopy::default().buffer_offset(offset).image_extent(extent).image_subresource(
+                vk::ImageSubresourceLayers {
+                    aspect_mask: to.aspect,
+                    mip_level: mip as u32,
+                    base_array_layer: 0,
+                    layer_count: 1,
+                },
+            ));
             offset += level.len() as u64;
         }
         // SAFETY: each region is one level, and the levels together are the buffer.

@@ -141,11 +141,7 @@ impl Image {
         Ok(image)
     }
 
-    fn make_view(
-        &self,
-        mips: std::ops::Range<u32>,
-        layers: std::ops::Range<u32>,
-    ) -> Result<vk::ImageView, GpuError> {
+    fn make_view(&self, mips: std::ops::Range<u32>, layers: std::ops::Range<u32>) -> Result<vk::ImageView, GpuError> {
         let kind = match self.desc.layers {
             1 => vk::ImageViewType::TYPE_2D,
             _ => vk::ImageViewType::TYPE_2D_ARRAY,

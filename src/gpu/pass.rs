@@ -66,11 +66,8 @@ impl ComputePass {
         unsafe {
             let set_layout = set_layout(&self.gpu, &kinds, vk::ShaderStageFlags::COMPUTE)?;
             let set_layouts = [set_layout];
-            let ranges = [vk::PushConstantRange {
-                stage_flags: vk::ShaderStageFlags::COMPUTE,
-                offset: 0,
-                size: constant_bytes,
-            }];
+            let ranges =
+                [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::COMPUTE, offset: 0, size: constant_bytes }];
             let layout_info = vk::PipelineLayoutCreateInfo::default()
                 .set_layouts(&set_layouts)
                 .push_constant_ranges(if constant_bytes > 0 { &ranges } else { &[] });
@@ -144,8 +141,7 @@ impl Frame {
         let layouts = [layout];
         let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
         // SAFETY: pool and layout are alive.
-        let set =
-            unsafe { self.gpu.device.allocate_descriptor_sets(&allocate) }.called("vkAllocateDescriptorSets")?[0];
+        let set = unsafe { self.gpu.device.allocate_descriptor_sets(&allocate) }.called("vkAllocateDescriptorSets")?[0];
         let writes: Vec<_> = bound
             .iter()
             .enumerate()
@@ -290,14 +286,7 @@ impl<'f> Dispatch<'f> {
         // SAFETY: handles are alive and the layout is the pipeline's own.
         unsafe {
             device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
-            device.cmd_bind_descriptor_sets(
-                commands,
-                vk::PipelineBindPoint::COMPUTE,
-                pipeline.layout,
-                0,
-                &[set],
-                &[],
-            );
+            device.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, pipeline.layout, 0, &[set], &[]);
             if !self.constants.is_empty() {
                 let stages = vk::ShaderStageFlags::COMPUTE;
                 device.cmd_push_constants(commands, pipeline.layout, stages, 0, &self.constants);

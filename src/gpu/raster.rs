@@ -99,9 +99,7 @@ impl RasterPass {
         let blends: Vec<_> = desc
             .colors
             .iter()
-            .map(|_| {
-                vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)
-            })
+            .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
             .collect();
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
         let dynamic_states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR, vk::DynamicState::CULL_MODE];
@@ -122,8 +120,7 @@ impl RasterPass {
                 .name(c"main")
                 .specialization_info(&specialization)
         };
-        let stages =
-            [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
+        let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
         let both_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let input_layout = set_layout(gpu, desc.inputs, both_stages)?;
         let set_layouts = [input_layout, desc.materials.layout];
@@ -286,16 +283,16 @@ impl Frame {
             device.cmd_set_scissor(commands, 0, &[area]);
             device.cmd_bind_vertex_buffers(commands, 0, &[geometry.vertices.raw], &[0]);
             device.cmd_bind_index_buffer(commands, geometry.indices.raw, 0, vk::IndexType::UINT32);
-            device.cmd_bind_descriptor_sets(
-                commands,
-                vk::PipelineBindPoint::GRAPHICS,
-                pass.layout,
-                0,
-                &[set],
-                &[],
-            );
+            device.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::GRAPHICS, pass.layout, 0, &[set], &[]);
         }
-        let mut draws = Draws { gpu: &gpu, commands, layout: pass.layout, materials: geometry.materials, material: None, cull: None };
+        let mut draws = Draws {
+            gpu: &gpu,
+            commands,
+            layout: pass.layout,
+            materials: geometry.materials,
+            material: None,
+            cull: None,
+        };
         draw(&mut draws);
         // SAFETY: rendering was begun above.
         unsafe { device.cmd_end_rendering(commands) };
@@ -315,7 +312,15 @@ impl Draws<'_> {
     }
 
     /// Draws `count` indices from `first`; `instance` arrives as `gl_InstanceIndex`.
-    pub fn indexed(&mut self, material: usize, cull: vk::CullModeFlags, first: u32, count: u32, vertex: i32, instance: u32) {
+    pub fn indexed(
+        &mut self,
+        material: usize,
+        cull: vk::CullModeFlags,
+        first: u32,
+        count: u32,
+        vertex: i32,
+        instance: u32,
+    ) {
         // SAFETY: inside rendering with the pipeline bound; ranges come from the same upload that made the buffers.
         unsafe {
             let device = &self.gpu.device;

@@ -112,7 +112,10 @@ fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
 /// All textures in one buffer of words; halved together until they fit `limit` bytes.
 fn pack_textures(textures: &[Texture], limit: u64) -> (Vec<TextureData>, Vec<u32>, u32) {
     let words = |halvings: u32| -> u64 {
-        textures.iter().map(|t| u64::from((t.width >> halvings).max(1)) * u64::from((t.height >> halvings).max(1))).sum()
+        textures
+            .iter()
+            .map(|t| u64::from((t.width >> halvings).max(1)) * u64::from((t.height >> halvings).max(1)))
+            .sum()
     };
     let halvings = (0..16).find(|&h| words(h) * 4 <= limit).unwrap_or(16);
     let mut data = Vec::with_capacity(textures.len());
@@ -123,8 +126,7 @@ fn pack_textures(textures: &[Texture], limit: u64) -> (Vec<TextureData>, Vec<u32
         Wrap::Clamp => 2,
     };
     for t in textures {
-        let flags =
-            wrap(t.wrap_u) | wrap(t.wrap_v) << 2 | u32::from(t.srgb) << 4 | u32::from(t.nearest) << 5;
+        let flags = wrap(t.wrap_u) | wrap(t.wrap_v) << 2 | u32::from(t.srgb) << 4 | u32::from(t.nearest) << 5;
         let (width, height) = ((t.width >> halvings).max(1), (t.height >> halvings).max(1));
         data.push(TextureData { offset: texels.len() as u32, width, height, flags });
         let mut push = |bytes: &[u8]| {

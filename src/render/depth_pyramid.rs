@@ -32,17 +32,16 @@ impl DepthPyramidPass {
         gbuffer: &GBuffer,
         out: &ScreenSpace,
     ) -> Result<(), GpuError> {
-        let mut chain = frame
-            .compute(&self.pass)
-            .read_buffer(&context.frame)
-            .sampled(&gbuffer.depth, &context.nearest);
+        let mut chain = frame.compute(&self.pass).read_buffer(&context.frame).sampled(&gbuffer.depth, &context.nearest);
         for mip in 0..=TOP_LEVEL as usize {
             chain = chain.write_mip(&out.pyramid, mip);
         }
         let (width, height) = out.pyramid.extent();
         let tile = 1 << TOP_LEVEL;
-        chain
-            .sampled(out.back_depth.as_ref().unwrap_or(&gbuffer.depth), &context.nearest)
-            .dispatch(width / tile, height / tile, 2)
+        chain.sampled(out.back_depth.as_ref().unwrap_or(&gbuffer.depth), &context.nearest).dispatch(
+            width / tile,
+            height / tile,
+            2,
+        )
     }
 }

@@ -38,8 +38,7 @@ impl GBufferPass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources, needs: &Needs) -> Result<GBufferPass, GpuError> {
-        let formats =
-            [vk::Format::R32G32B32A32_UINT, vk::Format::R32_UINT, vk::Format::R16G16B16A16_SFLOAT];
+        let formats = [vk::Format::R32G32B32A32_UINT, vk::Format::R32_UINT, vk::Format::R16G16B16A16_SFLOAT];
         let pass = RasterPass::new(
             gpu,
             &RasterPassDesc {
@@ -71,11 +70,8 @@ impl GBufferPass {
         let mut colors = vec![Target::zeroed(&out.surface), Target::zeroed(&out.instance)];
         colors.extend(out.emission.as_ref().map(Target::zeroed));
         let targets = Targets { colors: &colors, depth: &out.depth };
-        let inputs = [
-            Input::Buffer(&context.frame),
-            Input::Buffer(&context.instances),
-            Input::Buffer(&resources.materials),
-        ];
+        let inputs =
+            [Input::Buffer(&context.frame), Input::Buffer(&context.instances), Input::Buffer(&resources.materials)];
         for eye in Eye::BOTH {
             frame.raster(&self.pass, eye.layer(), &targets, &inputs, &geometry(resources), |draws| {
                 draws.constants(&(eye.layer() as u32));
@@ -136,11 +132,7 @@ impl BackFacePass {
 }
 
 fn geometry(resources: &SceneResources) -> Geometry<'_> {
-    Geometry {
-        vertices: &resources.vertices,
-        indices: &resources.indices,
-        materials: &resources.material_sets,
-    }
+    Geometry { vertices: &resources.vertices, indices: &resources.indices, materials: &resources.material_sets }
 }
 
 #[derive(Clone, Copy, PartialEq)]

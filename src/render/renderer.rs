@@ -34,7 +34,9 @@ pub enum RenderError {
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
     /// A result that would poison a study.
-    #[error("scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused")]
+    #[error(
+        "scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused"
+    )]
     NotFinite { scene: String, method: String, nan: u32, inf: u32 },
 }
 

@@ -60,7 +60,7 @@ impl SceneResources {
         }
         let mut samplers = HashMap::new();
         for texture in &scene.textures {
-            let filter = filter_of(texture);
+            let filter = filter_of(gpu, texture);
             if !samplers.contains_key(&filter) {
                 samplers.insert(filter, Sampler::new(gpu, filter)?);
             }
@@ -76,7 +76,7 @@ impl SceneResources {
             .iter()
             .map(|m| {
                 slots(m).map(|slot| match slot {
-                    Some(t) => (&textures[t.texture], &samplers[&filter_of(&scene.textures[t.texture])]),
+                    Some(t) => (&textures[t.texture], &samplers[&filter_of(gpu, &scene.textures[t.texture])]),
                     None => (&plain, any),
                 })
             })
@@ -191,13 +191,15 @@ fn material_data(m: &Material) -> MaterialData {
     }
 }
 
-fn filter_of(t: &Texture) -> Filter {
+fn filter_of(gpu: &Gpu, t: &Texture) -> Filter {
     let wrap = |w| match w {
         Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
         Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     };
-    Filter { linear: !t.nearest, wrap_u: wrap(t.wrap_u), wrap_v: wrap(t.wrap_v), anisotropic: !t.nearest }
+    // In software sixteen taps cost a hundred times the rest of the pass.
+    let anisotropic = !t.nearest && !gpu.is_cpu();
+    Filter { linear: !t.nearest, wrap_u: wrap(t.wrap_u), wrap_v: wrap(t.wrap_v), anisotropic }
 }
 
 fn upload_texture(gpu: &Rc<Gpu>, texture: &Texture) -> Result<Image, GpuError> {
@@ -211,8 +213,7 @@ fn upload_texture(gpu: &Rc<Gpu>, texture: &Texture) -> Result<Image, GpuError> {
 fn upload_equirect(gpu: &Rc<Gpu>, what: &str, map: &Equirect) -> Result<Image, GpuError> {
     let half = |x: f32| half::f16::from_f32(x.clamp(0.0, 65504.0)).to_le_bytes();
     let one = half(1.0);
-    let bytes: Vec<u8> =
-        map.texels.iter().flat_map(|t| [half(t[0]), half(t[1]), half(t[2]), one]).flatten().collect();
+    let bytes: Vec<u8> = map.texels.iter().flat_map(|t| [half(t[0]), half(t[1]), half(t[2]), one]).flatten().collect();
     let desc = ImageDesc::texture(map.width, map.height, 1, vk::Format::R16G16B16A16_SFLOAT);
     Image::with_content(gpu, what, desc, &[bytes])
 }
