@@ -5,3 +5,4 @@
 pub mod commands;
 pub mod console;
 pub mod scene;
+pub mod study;
