@@ -5,6 +5,8 @@
 pub mod definition;
 pub mod order;
 pub mod plan;
+pub mod protocol;
+pub mod questionnaire;
 pub mod random;
 pub mod schema;
 pub mod stimulus;
