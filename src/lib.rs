@@ -4,5 +4,6 @@
 
 pub mod commands;
 pub mod console;
+pub mod display;
 pub mod scene;
 pub mod study;

@@ -3,14 +3,21 @@
 //! Definition → plan → session → journal. Nothing here draws: a renderer and a display stand behind traits.
 
 pub mod definition;
+pub mod disk;
+pub mod observer;
 pub mod order;
 pub mod plan;
+pub mod prepare;
 pub mod protocol;
 pub mod questionnaire;
 pub mod random;
 pub mod schema;
+pub mod session;
+pub mod sessions;
 pub mod stimulus;
+pub mod store;
 pub mod validate;
+pub mod writer;
 
 #[cfg(test)]
 pub mod testing;

@@ -79,7 +79,7 @@ struct Current {
 /// A journal does not belong to this study and row.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the journal does not follow from its study and row: {0}")]
-pub struct Misfit(String);
+pub struct Misfit(pub String);
 
 /// A session. See the module's documentation.
 #[derive(Debug, Clone)]
