@@ -2,6 +2,10 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+pub mod prepare;
+pub mod run;
+pub mod study;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -25,11 +29,19 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    Prepare(prepare::Args),
+    Run(run::Args),
+    Study(study::Args),
+}
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
-    let _console = Console::new(cli.json);
-    match cli.command {}
+    let console = Console::new(cli.json);
+    match cli.command {
+        Command::Prepare(args) => prepare::run(args, &console),
+        Command::Run(args) => run::run(args, &console),
+        Command::Study(args) => study::run(args, &console),
+    }
 }
 
 /// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.

@@ -4,13 +4,16 @@
 
 pub mod definition;
 pub mod disk;
+pub mod freeze;
 pub mod observer;
 pub mod order;
 pub mod plan;
 pub mod prepare;
+pub mod preview;
 pub mod protocol;
 pub mod questionnaire;
 pub mod random;
+pub mod recover;
 pub mod schema;
 pub mod session;
 pub mod sessions;
