@@ -1,5 +1,6 @@
 //! `cyclopean study`: check and preview, freeze, and the care of journals.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -107,8 +108,8 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         }
         Action::Schema => {
             // The schema is the JSON result itself, with and without --json.
-            println!("{}", serde_json::to_string_pretty(&schema::generate())?);
-            Ok(())
+            let text = serde_json::to_string_pretty(&schema::generate())?;
+            Ok(writeln!(std::io::stdout(), "{text}")?)
         }
         Action::Replay { journal } => {
             let proof = session::prove_order(&journal)?;

@@ -60,6 +60,16 @@ impl Headless {
         self
     }
 
+    /// The session clock of the last event.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// [`Display::present`] would change what is shown.
+    pub fn is_new(&self, screen: &Screen) -> bool {
+        self.screen.as_ref() != Some(screen)
+    }
+
     fn rate(&self) -> f64 {
         self.info.measured_hz.unwrap_or(self.info.nominal_hz)
     }
@@ -120,7 +130,7 @@ impl Display for Headless {
     }
 
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
-        if self.screen.as_ref() != Some(screen) {
+        if self.is_new(screen) {
             self.pending.clear();
             let mut at = self.now_ns;
             for (delay_ns, input) in self.observer.see(screen) {

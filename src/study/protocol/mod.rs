@@ -12,6 +12,9 @@ mod queue;
 mod setup;
 mod timing;
 
+#[cfg(test)]
+mod tests;
+
 pub use machine::{Machine, Misfit};
 pub use setup::{Item, ScreeningTrial, Setup, Stage};
 

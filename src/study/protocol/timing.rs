@@ -1,6 +1,6 @@
 //! What a presentation's frames say about it: when, how exactly, and whether it counts.
 
-use cyclopean_analysis::journal::record::{Presentation, Segment as Logged, Shown};
+use cyclopean_analysis::journal::record::{Presentation, Segment as Logged};
 
 use super::setup::{Segment, Setup};
 
@@ -110,7 +110,6 @@ impl Timing {
         if self.rate_changed {
             invalid.push("the refresh rate changed".to_owned());
         }
-        debug_assert!(self.segments.iter().all(|s| s.show != Shown::Stimulus || s.frames_asked > 0));
         Presentation {
             presentation: key.0,
             attempt: key.1,
@@ -118,7 +117,8 @@ impl Timing {
             missed: self.missed,
             unrendered: self.unrendered,
             lost_ms: ms(self.lost_ns),
-            longest_gap_ms: ms(self.longest_gap_ns),
+            // To the microsecond: a run of frames knows its mean interval only.
+            longest_gap_ms: (self.longest_gap_ns as f64 / 1e3).round() / 1e3,
             duration_ms,
             trust: setup.trust,
             invalid,
