@@ -1,18 +1,28 @@
 //! Everything that study data does to a disk, in one place, so that a test can let each single step fail.
 
+use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cyclopean_analysis::files::sync_directory;
 
 /// The file system; in tests one whose steps fail from a given number on, as when the program is killed there.
 #[derive(Debug, Clone, Default)]
 pub struct Disk {
-    /// Steps left before the end; none: no end.
-    left: Option<Arc<AtomicI64>>,
+    /// None: no end.
+    end: Option<Arc<End>>,
+}
+
+/// A test's end of the world.
+#[derive(Debug)]
+struct End {
+    /// Steps before it.
+    left: AtomicI64,
+    /// Length of each file (by name of its place in the system) when it was last synced: a power loss keeps that.
+    synced: Mutex<HashMap<u64, u64>>,
 }
 
 impl Disk {
@@ -23,19 +33,27 @@ impl Disk {
 
     /// A file system on which the step number `steps` (from 0) is done in part and fails, and no later one is done.
     pub fn failing_after(steps: u64) -> Disk {
-        Disk { left: Some(Arc::new(AtomicI64::new(i64::try_from(steps).unwrap_or(i64::MAX)))) }
+        let left = AtomicI64::new(i64::try_from(steps).unwrap_or(i64::MAX));
+        Disk { end: Some(Arc::new(End { left, synced: Mutex::default() })) }
     }
 
     /// The failing step was reached.
     pub fn has_failed(&self) -> bool {
-        self.left.as_ref().is_some_and(|left| left.load(Ordering::SeqCst) < 0)
+        self.end.as_ref().is_some_and(|end| end.left.load(Ordering::SeqCst) < 0)
+    }
+
+    /// How many bytes of a file a power loss would have kept; only a failing disk knows.
+    pub fn synced_bytes(&self, path: &Path) -> Option<u64> {
+        let id = file_id(&fs::metadata(path).ok()?);
+        let synced = self.end.as_ref()?.synced.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(synced.get(&id).copied().unwrap_or(0))
     }
 
     /// Ok: do the step. Err(true): do it in part, then fail. Err(false): do nothing and fail.
     fn step(&self) -> Result<(), bool> {
-        match &self.left {
+        match &self.end {
             None => Ok(()),
-            Some(left) => match left.fetch_sub(1, Ordering::SeqCst) {
+            Some(end) => match end.left.fetch_sub(1, Ordering::SeqCst) {
                 n if n > 0 => Ok(()),
                 n => Err(n == 0),
             },
@@ -89,7 +107,13 @@ impl Disk {
     }
 
     pub fn sync(&self, file: &File) -> io::Result<()> {
-        self.guard(|| file.sync_data())
+        self.guard(|| file.sync_data())?;
+        if let Some(end) = &self.end {
+            let metadata = file.metadata()?;
+            let mut synced = end.synced.lock().unwrap_or_else(PoisonError::into_inner);
+            synced.insert(file_id(&metadata), metadata.len());
+        }
+        Ok(())
     }
 
     pub fn truncate(&self, file: &File, bytes: u64) -> io::Result<()> {
@@ -123,6 +147,17 @@ impl Disk {
         }
         self.sync_folder(parent)
     }
+}
+
+#[cfg(unix)]
+fn file_id(metadata: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(metadata)
+}
+
+/// Only tests ask, and these run on Unix.
+#[cfg(not(unix))]
+fn file_id(_metadata: &fs::Metadata) -> u64 {
+    0
 }
 
 fn stopped() -> io::Error {

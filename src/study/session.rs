@@ -103,6 +103,8 @@ pub struct Session {
     place: Place,
     stored: Vec<Stored>,
     gap: Option<Gap>,
+    /// It had ended before; only the books were not closed.
+    over: Option<Outcome>,
 }
 
 impl Session {
@@ -140,7 +142,7 @@ impl Session {
         writer.append(0, Record::Ready(record::Ready { lines: writer.lines() }))?;
         writer.sync()?;
         let machine = Machine::new(setup(study, &plan, display));
-        Ok(Session { plan, machine, writer, sessions, place, stored, gap: None })
+        Ok(Session { plan, machine, writer, sessions, place, stored, gap: None, over: None })
     }
 
     /// Takes up an unfinished session: the journal is checked line by line and replayed into the machine.
@@ -171,6 +173,10 @@ impl Session {
         let (Some(plan), Some(machine)) = (replay.plan, replay.machine) else {
             return Err(SessionError::Resume { journal: place.journal, what: "it has no order".to_owned() });
         };
+        if let Some(outcome) = replay.over {
+            let over = Some(outcome);
+            return Ok(Session { plan, machine, writer, sessions, place, stored: Vec::new(), gap: None, over });
+        }
         let stored = find_all(study, store, &plan)?;
         for (was, is) in replay.stimuli.iter().zip(&stored) {
             if was.key != is.side_car.key || was.files != is.side_car.files {
@@ -182,7 +188,7 @@ impl Session {
         let resumed = record::Resume { gap_ms: gap.ms, cut_bytes, program: program() };
         writer.append(writer.last_ns() + 1, Record::Resume(resumed))?;
         writer.sync()?;
-        Ok(Session { plan, machine, writer, sessions, place, stored, gap: Some(gap) })
+        Ok(Session { plan, machine, writer, sessions, place, stored, gap: Some(gap), over: None })
     }
 
     pub fn plan(&self) -> &Plan {
@@ -222,6 +228,10 @@ impl Session {
     /// # Errors
     /// The display or the disk failed; the session can be resumed.
     pub fn run(mut self, display: &mut dyn Display) -> Result<Ended, SessionError> {
+        if self.over.is_some() {
+            let outcome = self.over;
+            return self.close(outcome);
+        }
         let files: Vec<StimulusFiles> = self
             .stored
             .iter()
@@ -419,11 +429,12 @@ struct Replay<'a> {
     machine: Option<Machine>,
     stimuli: Vec<record::Stimulus>,
     ready: bool,
+    over: Option<Outcome>,
 }
 
 impl<'a> Replay<'a> {
     fn new(study: &'a Study, display: &'a DisplayInfo, journal: &'a Path) -> Replay<'a> {
-        Replay { study, display, journal, plan: None, machine: None, stimuli: Vec::new(), ready: false }
+        Replay { study, display, journal, plan: None, machine: None, stimuli: Vec::new(), ready: false, over: None }
     }
 
     fn refuse<T>(&self, what: impl Into<String>) -> Result<T, SessionError> {
@@ -443,6 +454,7 @@ impl<'a> Replay<'a> {
                 return self.refuse("its order does not follow from its study and row");
             }
             (Record::Ready(_), ..) => self.ready = true,
+            (Record::End(end), ..) => self.over = Some(end.outcome),
             (record, _, Some(machine)) if self.ready => {
                 if let Err(Misfit(what)) = machine.replay(&record) {
                     return self.refuse(what);
