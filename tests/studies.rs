@@ -45,6 +45,13 @@ fn the_checked_in_schema_is_the_one_of_the_types() {
 }
 
 #[test]
+fn the_walk_through_shows_the_file_as_it_is() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("docs/studies.md")).unwrap();
+    assert!(text.contains(&shipped("example-minimal").text));
+}
+
+#[test]
 fn the_shipped_studies_are_sound_and_have_the_paper_s_conditions() {
     for name in SHIPPED {
         assert_eq!(validate::resolve(&shipped(name).definition, &whole_catalogue()), []);

@@ -17,6 +17,7 @@ pub mod recover;
 pub mod schema;
 pub mod session;
 pub mod sessions;
+pub mod stereogram;
 pub mod stimulus;
 pub mod store;
 pub mod validate;

@@ -7,10 +7,15 @@
 //! Every state can pause, be skipped by the operator, or end the session. Time comes in with each event; phases
 //! are counted in display frames.
 
+mod frames;
+mod leave;
 mod machine;
+mod people;
 mod queue;
+mod replay;
 mod setup;
 mod timing;
+mod way;
 
 #[cfg(test)]
 mod tests;
