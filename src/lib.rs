@@ -9,4 +9,6 @@ pub mod gpu;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;
+pub mod display;
 pub mod scene;
+pub mod study;

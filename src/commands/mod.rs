@@ -8,6 +8,9 @@ mod device;
 mod doctor;
 #[cfg(feature = "gpu")]
 mod render;
+pub mod prepare;
+pub mod run;
+pub mod study;
 
 use std::process::ExitCode;
 
@@ -37,6 +40,9 @@ enum Command {
     Render(render::Args),
     #[cfg(feature = "gpu")]
     Doctor(doctor::Args),
+    Prepare(prepare::Args),
+    Run(run::Args),
+    Study(study::Args),
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
@@ -46,6 +52,9 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Render(args) => render::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Doctor(args) => doctor::run(args, &console),
+        Command::Prepare(args) => prepare::run(args, &console),
+        Command::Run(args) => run::run(args, &console),
+        Command::Study(args) => study::run(args, &console),
     }
 }
 
