@@ -67,6 +67,7 @@ pub struct Finish {
     metallic: f32,
     roughness: f32,
     emissive: [f32; 3],
+    ior: f32,
     color_map: Option<TextureId>,
     roughness_map: Option<TextureId>,
     normal_map: Option<TextureId>,
@@ -82,6 +83,7 @@ impl Finish {
             metallic: 0.0,
             roughness,
             emissive: [0.0; 3],
+            ior: 1.5,
             color_map: None,
             roughness_map: None,
             normal_map: None,
@@ -95,6 +97,11 @@ impl Finish {
 
     pub fn emissive(self, radiance: [f32; 3]) -> Finish {
         Finish { emissive: radiance, ..self }
+    }
+
+    /// Index of refraction: 1.5 is plastic, 1.8–2 a lacquer or polish that mirrors more.
+    pub fn ior(self, ior: f32) -> Finish {
+        Finish { ior, ..self }
     }
 
     pub fn map(self, color_map: TextureId, repeat: f32) -> Finish {
@@ -147,6 +154,14 @@ impl Builder {
     pub fn material(&mut self, finish: Finish) -> MaterialId {
         self.finishes.push(finish);
         MaterialId(self.finishes.len() - 1)
+    }
+
+    /// Materials of one kind in several colours (0–255) and roughnesses, called `NAME 1`, `NAME 2`, …
+    pub fn palette(&mut self, name: &str, entries: &[([u8; 3], f32)]) -> Vec<MaterialId> {
+        let finish = |(i, ([r, g, b], roughness)): (usize, &([u8; 3], f32))| {
+            Finish::dielectric(&format!("{name} {}", i + 1), super::pattern::rgb(*r, *g, *b), *roughness)
+        };
+        entries.iter().enumerate().map(finish).map(|f| self.material(f)).collect()
     }
 
     /// A mesh of one or more parts; parts of one material are joined.
@@ -206,11 +221,15 @@ impl Builder {
             root["images"] = images.into();
             root["textures"] = textures.into();
             root["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }]);
-            root["extensionsUsed"] = json!(["KHR_texture_transform"]);
         }
-        if self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0)) {
-            let used = root["extensionsUsed"].as_array().cloned().unwrap_or_default();
-            root["extensionsUsed"] = used.into_iter().chain([json!("KHR_materials_emissive_strength")]).collect();
+        let used = [
+            (TEXTURE_TRANSFORM, self.finishes.iter().any(|f| f.repeat != 1.0)),
+            (EMISSIVE_STRENGTH, self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0))),
+            (IOR, self.finishes.iter().any(|f| f.ior != 1.5)),
+        ];
+        let used: Vec<&str> = used.iter().filter(|(_, used)| *used).map(|(name, _)| *name).collect();
+        if !used.is_empty() {
+            root["extensionsUsed"] = json!(used);
         }
         files.insert(bin, out.bytes);
         let gltf = serde_json::to_vec_pretty(&root).map_err(|error| error.to_string())?;
@@ -256,15 +275,26 @@ fn material_json(finish: &Finish) -> Value {
     if let Some(map) = finish.normal_map {
         material["normalTexture"] = slot(map);
     }
+    let mut extensions = serde_json::Map::new();
     let strength = finish.emissive.into_iter().fold(0.0, f32::max);
     if strength > 0.0 {
         material["emissiveFactor"] = json!(finish.emissive.map(|c| c / strength.max(1.0)));
         if strength > 1.0 {
-            material["extensions"] = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
+            extensions.insert(EMISSIVE_STRENGTH.to_owned(), json!({ "emissiveStrength": strength }));
         }
+    }
+    if finish.ior != 1.5 {
+        extensions.insert(IOR.to_owned(), json!({ "ior": finish.ior }));
+    }
+    if !extensions.is_empty() {
+        material["extensions"] = extensions.into();
     }
     material
 }
+
+const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+const IOR: &str = "KHR_materials_ior";
 
 #[derive(Default)]
 struct Writer {

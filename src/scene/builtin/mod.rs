@@ -6,24 +6,31 @@
 #![allow(dead_code)]
 
 mod builder;
+mod figures;
+mod furniture;
 mod noise;
 mod pattern;
+mod pica;
 mod room;
 mod shape;
 mod solids;
 mod surface;
 mod sweep;
+mod tableware;
 mod texture;
+mod wine;
 
 pub use builder::Generated;
 
 /// The built-in scenes, in the order of the paper's Table 1.
-pub const NAMES: [&str; 1] = ["room"];
+pub const NAMES: [&str; 3] = ["pica", "room", "wine"];
 
 /// The manifest of a built-in scene, as in `scenes/NAME.json`.
 pub fn manifest(name: &str) -> Option<&'static str> {
     match name {
+        "pica" => Some(include_str!("../../../scenes/pica.json")),
         "room" => Some(include_str!("../../../scenes/room.json")),
+        "wine" => Some(include_str!("../../../scenes/wine.json")),
         _ => None,
     }
 }
@@ -37,7 +44,9 @@ pub fn generate(name: &str, detail: f64) -> Result<Generated, String> {
         return Err(format!("detail is {detail}; it must be 0.01 to 4"));
     }
     match name {
+        "pica" => pica::build(detail).finish(),
         "room" => room::build(detail).finish(),
+        "wine" => wine::build(detail).finish(),
         _ => Err(format!("there is no built-in scene `{name}`; known: {}", NAMES.join(", "))),
     }
 }

@@ -150,7 +150,8 @@ pub fn painting(u: f32, v: f32, seed: u32) -> Vec3 {
             color = hue(10 + k);
         }
     }
-    color * (0.8 + 0.4 * fractal(u, v, (24, 8), 3, seed))
+    let grey = Vec3::splat(color.dot(Vec3::new(0.21, 0.72, 0.07)));
+    color.lerp(grey, 0.45) * (0.8 + 0.4 * fractal(u, v, (24, 8), 3, seed))
 }
 
 /// Polished but used: mostly 1, lower and higher in smears and fine scratches (a roughness factor).
