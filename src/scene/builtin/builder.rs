@@ -40,11 +40,6 @@ impl Pose {
         Pose { rotation: self.rotation * turn(Vec3::X, degrees), ..self }
     }
 
-    /// Tipped sideways about its own z axis.
-    pub fn roll(self, degrees: f32) -> Pose {
-        Pose { rotation: self.rotation * turn(Vec3::Z, degrees), ..self }
-    }
-
     pub fn scale(self, scale: f32) -> Pose {
         Pose { scale, ..self }
     }

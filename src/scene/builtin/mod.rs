@@ -2,28 +2,27 @@
 //!
 //! One file a scene, one a family of shapes; the manifests in `scenes/` place eyes, lights and motion.
 
-// Shapes and patterns ahead of the scenes that use them.
-#![allow(dead_code)]
-
 mod builder;
 mod figures;
 mod furniture;
 mod noise;
 mod pattern;
 mod pica;
+mod pink;
 mod room;
 mod shape;
 mod solids;
 mod surface;
 mod sweep;
 mod tableware;
+mod temple;
 mod texture;
 mod wine;
 
 pub use builder::Generated;
 
 /// The built-in scenes, in the order of the paper's Table 1.
-pub const NAMES: [&str; 3] = ["pica", "room", "wine"];
+pub const NAMES: [&str; 5] = ["pica", "room", "wine", "pink", "temple"];
 
 /// The manifest of a built-in scene, as in `scenes/NAME.json`.
 pub fn manifest(name: &str) -> Option<&'static str> {
@@ -31,6 +30,8 @@ pub fn manifest(name: &str) -> Option<&'static str> {
         "pica" => Some(include_str!("../../../scenes/pica.json")),
         "room" => Some(include_str!("../../../scenes/room.json")),
         "wine" => Some(include_str!("../../../scenes/wine.json")),
+        "pink" => Some(include_str!("../../../scenes/pink.json")),
+        "temple" => Some(include_str!("../../../scenes/temple.json")),
         _ => None,
     }
 }
@@ -47,6 +48,8 @@ pub fn generate(name: &str, detail: f64) -> Result<Generated, String> {
         "pica" => pica::build(detail).finish(),
         "room" => room::build(detail).finish(),
         "wine" => wine::build(detail).finish(),
+        "pink" => pink::build(detail).finish(),
+        "temple" => temple::build(detail).finish(),
         _ => Err(format!("there is no built-in scene `{name}`; known: {}", NAMES.join(", "))),
     }
 }

@@ -143,11 +143,6 @@ pub fn disc(radius: f32, height: f32, segments: usize) -> Shape {
     )
 }
 
-/// A plain cylinder with softened rims, standing on y = 0.
-pub fn cylinder(radius: f32, height: f32, segments: usize) -> Shape {
-    disc(radius, height, segments)
-}
-
 /// A frame around an opening of `width` × `height` in the xy-plane, centred; bars `bar` wide and `depth` deep.
 pub fn frame(width: f32, height: f32, bar: f32, depth: f32, steps: usize) -> Shape {
     let mut shape = Shape::default();

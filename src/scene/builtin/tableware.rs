@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::builder::{Builder, MaterialId};
 use super::shape::{Shape, cos, sin};
-use super::solids::{block, sphere, torus};
+use super::solids::{block, sphere};
 use super::sweep::{disc, lathe, prism, smooth, tapered, tube};
 
 /// The parts of a mesh, each with its material.
@@ -238,16 +238,6 @@ pub fn cutlery(b: &Builder, kind: usize) -> Shape {
         _ => {
             shape.push(block(0.018, 0.003, 0.12, 0.0012, 2).at(0.002, 0.004, -0.095));
         }
-    }
-    shape
-}
-
-/// A ring stand: three tori, as on candlesticks and burners.
-pub fn rings(b: &Builder, radius: f32, count: usize, step: f32) -> Shape {
-    let mut shape = Shape::default();
-    for k in 0..count {
-        let ring = torus(radius * (1.0 - 0.12 * k as f32), step * 0.45, b.segments(48, 10), b.segments(12, 5));
-        shape.push(ring.at(0.0, step * (k as f32 + 0.5), 0.0));
     }
     shape
 }
