@@ -4,4 +4,9 @@
 
 pub mod commands;
 pub mod console;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod picture;
+#[cfg(feature = "gpu")]
+pub mod render;
 pub mod scene;

@@ -2,6 +2,13 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+#[cfg(feature = "gpu")]
+mod device;
+#[cfg(feature = "gpu")]
+mod doctor;
+#[cfg(feature = "gpu")]
+mod render;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -25,11 +32,21 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    #[cfg(feature = "gpu")]
+    Render(render::Args),
+    #[cfg(feature = "gpu")]
+    Doctor(doctor::Args),
+}
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
-    let _console = Console::new(cli.json);
-    match cli.command {}
+    let console = Console::new(cli.json);
+    match cli.command {
+        #[cfg(feature = "gpu")]
+        Command::Render(args) => render::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Doctor(args) => doctor::run(args, &console),
+    }
 }
 
 /// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.
