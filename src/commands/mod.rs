@@ -8,6 +8,7 @@ mod device;
 mod doctor;
 #[cfg(feature = "gpu")]
 mod render;
+mod scene;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Scene(scene::Args),
     #[cfg(feature = "gpu")]
     Render(render::Args),
     #[cfg(feature = "gpu")]
@@ -42,6 +44,7 @@ enum Command {
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
     let console = Console::new(cli.json);
     match cli.command {
+        Command::Scene(args) => scene::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args, &console),
         #[cfg(feature = "gpu")]

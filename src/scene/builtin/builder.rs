@@ -1,6 +1,8 @@
 //! Shapes, materials and textures → an ordinary glTF: JSON, one `.bin`, PNG textures.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
@@ -179,6 +181,37 @@ impl Builder {
         self.place(name, mesh, Pose::at(0.0, 0.0, 0.0));
     }
 
+    /// Triangles over everything placed.
+    pub fn triangle_count(&self) -> usize {
+        let of = |mesh: &MeshId| self.meshes[mesh.0].1.iter().map(|(_, shape)| shape.indices.len() / 3).sum::<usize>();
+        self.nodes.iter().map(|(_, mesh, _)| of(mesh)).sum()
+    }
+
+    /// How many materials there are.
+    pub fn material_count(&self) -> usize {
+        self.finishes.len()
+    }
+
+    /// The textures' files in order, made on all cores.
+    fn pngs(&self) -> Vec<Result<Vec<u8>, String>> {
+        let next = AtomicUsize::new(0);
+        let threads = thread::available_parallelism().map_or(1, |n| n.get());
+        let mut made: Vec<(usize, Result<Vec<u8>, String>)> = thread::scope(|scope| {
+            let work = || {
+                let mut made = Vec::new();
+                loop {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((_, image)) = self.images.get(i) else { return made };
+                    made.push((i, image.to_png()));
+                }
+            };
+            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
+        });
+        made.sort_by_key(|(i, _)| *i);
+        made.into_iter().map(|(_, png)| png).collect()
+    }
+
     /// The glTF; the same bytes every time.
     pub fn finish(self) -> Result<Generated, String> {
         let mut out = Writer::default();
@@ -194,10 +227,10 @@ impl Builder {
         let nodes: Vec<Value> = self.nodes.iter().map(|(name, mesh, pose)| node_json(name, *mesh, pose)).collect();
         let mut files = BTreeMap::new();
         let mut images = Vec::new();
-        for (name, image) in &self.images {
+        for ((name, _), png) in self.images.iter().zip(self.pngs()) {
             let file = format!("{}-{name}.png", self.name);
             images.push(json!({ "name": name, "uri": file }));
-            files.insert(file, image.to_png()?);
+            files.insert(file, png?);
         }
         let textures: Vec<Value> = (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
         let bin = format!("{}.bin", self.name);

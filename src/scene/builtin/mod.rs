@@ -41,15 +41,27 @@ pub fn manifest(name: &str) -> Option<&'static str> {
 /// # Errors
 /// One sentence when the name is unknown or the detail out of range.
 pub fn generate(name: &str, detail: f64) -> Result<Generated, String> {
+    build(name, detail)?.finish()
+}
+
+/// (triangles, materials) of a built-in scene, without making its textures.
+///
+/// # Errors
+/// As [`generate`].
+pub fn count(name: &str, detail: f64) -> Result<(usize, usize), String> {
+    build(name, detail).map(|b| (b.triangle_count(), b.material_count()))
+}
+
+fn build(name: &str, detail: f64) -> Result<builder::Builder, String> {
     if !(0.01..=4.0).contains(&detail) {
         return Err(format!("detail is {detail}; it must be 0.01 to 4"));
     }
-    match name {
-        "pica" => pica::build(detail).finish(),
-        "room" => room::build(detail).finish(),
-        "wine" => wine::build(detail).finish(),
-        "pink" => pink::build(detail).finish(),
-        "temple" => temple::build(detail).finish(),
-        _ => Err(format!("there is no built-in scene `{name}`; known: {}", NAMES.join(", "))),
-    }
+    Ok(match name {
+        "pica" => pica::build(detail),
+        "room" => room::build(detail),
+        "wine" => wine::build(detail),
+        "pink" => pink::build(detail),
+        "temple" => temple::build(detail),
+        _ => return Err(format!("there is no built-in scene `{name}`; known: {}", NAMES.join(", "))),
+    })
 }

@@ -37,14 +37,14 @@ pub fn build(detail: f64) -> Builder {
 }
 
 fn hall(b: &mut Builder) {
-    let paint = |u, v| pattern::tiles(u, v, (4, 4), rgb(44, 100, 116), rgb(26, 66, 78), 0.0);
+    let paint = move |u, v| pattern::tiles(u, v, (4, 4), rgb(44, 100, 116), rgb(26, 66, 78), 0.0);
     let floor_map = b.texture("floor", Image::color(512, paint));
-    let worn = b.texture("floor-wear", Image::roughness(512, |u, v| pattern::wear(u, v, 0.55, 4)));
+    let worn = b.texture("floor-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.55, 4)));
     let floor =
         b.material(Finish::dielectric("floor paint", [0.7; 3], 0.12).ior(2.2).map(floor_map, 0.4).roughness_map(worn));
     let panel_map = b.texture(
         "panels",
-        Image::color(256, |u, v| pattern::tiles(u, v, (2, 3), rgb(206, 216, 220), rgb(150, 164, 172), 0.5)),
+        Image::color(256, move |u, v| pattern::tiles(u, v, (2, 3), rgb(206, 216, 220), rgb(150, 164, 172), 0.5)),
     );
     let wall = b.material(Finish::dielectric("wall panels", [1.0; 3], 0.6).map(panel_map, 0.5));
     let line = b.material(Finish::dielectric("floor marking", rgb(236, 190, 44), 0.36));
@@ -111,7 +111,7 @@ fn robots(b: &mut Builder, colors: &[MaterialId]) {
 
 fn shelves(b: &mut Builder, colors: &[MaterialId]) {
     let oak_map =
-        b.texture("oak", Image::color(256, |u, v| pattern::grain(u, v, rgb(206, 168, 118), rgb(150, 106, 62))));
+        b.texture("oak", Image::color(256, move |u, v| pattern::grain(u, v, rgb(206, 168, 118), rgb(150, 106, 62))));
     let oak = b.material(Finish::dielectric("oak", [1.0; 3], 0.48).map(oak_map, 0.9));
     let parts = furniture::shelf(b, oak, 1.5, 0.36, 1.9, 5);
     let shelf = b.mesh("shelf", parts);

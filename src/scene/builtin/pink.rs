@@ -33,12 +33,12 @@ pub fn build(detail: f64) -> Builder {
 }
 
 fn shell(b: &mut Builder) -> Stuff {
-    let squares = |u, v| pattern::checker(u, v, 6, rgb(236, 206, 208), rgb(196, 96, 122));
+    let squares = move |u, v| pattern::checker(u, v, 6, rgb(236, 206, 208), rgb(196, 96, 122));
     let floor_map = b.texture("checker", Image::color(512, squares));
-    let floor_wear = b.texture("checker-wear", Image::roughness(512, |u, v| pattern::wear(u, v, 0.5, 14)));
+    let floor_wear = b.texture("checker-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.5, 14)));
     let polished = Finish::dielectric("pink checker", [0.5; 3], 0.16).ior(1.9).map(floor_map, 0.33);
     let floor = b.material(polished.roughness_map(floor_wear));
-    let paper = |u, v| pattern::rug(u, v, rgb(226, 160, 172), rgb(210, 128, 148), rgb(240, 200, 200));
+    let paper = move |u, v| pattern::rug(u, v, rgb(226, 160, 172), rgb(210, 128, 148), rgb(240, 200, 200));
     let paper_map = b.texture("wallpaper", Image::color(512, paper));
     let wall = b.material(Finish::dielectric("wallpaper", [1.0; 3], 0.679).map(paper_map, 0.8));
     let panel = b.material(Finish::dielectric("wainscot", rgb(214, 128, 146), 0.55));
@@ -117,8 +117,10 @@ fn wall_things(b: &mut Builder, stuff: &Stuff) {
             .into_iter()
             .enumerate()
     {
-        let map =
-            b.texture(&format!("print-{}", k + 1), Image::color(256, |u, v| pattern::painting(u, v, 200 + k as u32)));
+        let map = b.texture(
+            &format!("print-{}", k + 1),
+            Image::color(256, move |u, v| pattern::painting(u, v, 200 + k as u32)),
+        );
         let print =
             b.material(Finish::dielectric(&format!("print {}", k + 1), [1.0; 3], 0.48 + 0.05 * k as f32).map(map, 1.0));
         let moulding = if k % 2 == 0 { stuff.gold } else { stuff.white };
@@ -140,8 +142,10 @@ fn wall_things(b: &mut Builder, stuff: &Stuff) {
 }
 
 fn seats(b: &mut Builder, stuff: &Stuff) {
-    let velvet_map =
-        b.texture("velvet", Image::color(256, |u, v| pattern::weave(u, v, 56, rgb(206, 84, 116), rgb(180, 60, 96))));
+    let velvet_map = b.texture(
+        "velvet",
+        Image::color(256, move |u, v| pattern::weave(u, v, 56, rgb(206, 84, 116), rgb(180, 60, 96))),
+    );
     let velvet = b.material(Finish::dielectric("pink velvet", [1.0; 3], 0.64).map(velvet_map, 2.2));
     let dots = |u: f32, v: f32| {
         let (x, y) = ((u * 6.0).fract() - 0.5, (v * 6.0).fract() - 0.5);

@@ -28,10 +28,11 @@ pub fn build(detail: f64) -> Builder {
 }
 
 fn shell(b: &mut Builder) {
-    let boards = |u, v| pattern::planks(u, v, 7, rgb(132, 92, 62), rgb(60, 40, 28));
+    let boards = move |u, v| pattern::planks(u, v, 7, rgb(132, 92, 62), rgb(60, 40, 28));
     let floor_map = b.texture("parquet", Image::color(512, boards));
-    let floor_bump = b.texture("parquet-bump", Image::normals(512, |u, v| 0.0012 * pattern::plank_height(u, v, 7)));
-    let floor_wear = b.texture("parquet-wear", Image::roughness(512, |u, v| pattern::wear(u, v, 0.35, 9)));
+    let floor_bump =
+        b.texture("parquet-bump", Image::normals(512, move |u, v| 0.0012 * pattern::plank_height(u, v, 7)));
+    let floor_wear = b.texture("parquet-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.35, 9)));
     let parquet = Finish::dielectric("parquet", [0.9; 3], 0.3).ior(1.8).map(floor_map, 0.55);
     let floor = b.material(parquet.roughness_map(floor_wear).normal_map(floor_bump));
     let plaster = b.material(Finish::dielectric("plaster", rgb(206, 200, 188), 0.62));
@@ -56,8 +57,10 @@ fn shell(b: &mut Builder) {
 }
 
 fn woods(b: &mut Builder) -> [MaterialId; 3] {
-    let walnut = b.texture("walnut", Image::color(256, |u, v| pattern::grain(u, v, rgb(120, 76, 46), rgb(58, 34, 20))));
-    let ash = b.texture("ash", Image::color(256, |u, v| pattern::grain(u, v, rgb(204, 172, 128), rgb(160, 122, 80))));
+    let walnut =
+        b.texture("walnut", Image::color(256, move |u, v| pattern::grain(u, v, rgb(120, 76, 46), rgb(58, 34, 20))));
+    let ash =
+        b.texture("ash", Image::color(256, move |u, v| pattern::grain(u, v, rgb(204, 172, 128), rgb(160, 122, 80))));
     [
         b.material(Finish::dielectric("walnut lacquer", [1.0; 3], 0.12).ior(1.7).map(walnut, 1.1)),
         b.material(Finish::dielectric("walnut oil", [0.9; 3], 0.45).map(walnut, 1.6)),
@@ -68,8 +71,10 @@ fn woods(b: &mut Builder) -> [MaterialId; 3] {
 fn windows(b: &mut Builder) {
     let bars = b.material(Finish::dielectric("window lacquer", rgb(236, 234, 228), 0.25));
     let pane = b.material(Finish::dielectric("daylight", [0.6; 3], 0.9).emissive([2.5, 2.9, 3.3]));
-    let linen_map =
-        b.texture("linen", Image::color(256, |u, v| pattern::weave(u, v, 40, rgb(206, 194, 170), rgb(186, 172, 146))));
+    let linen_map = b.texture(
+        "linen",
+        Image::color(256, move |u, v| pattern::weave(u, v, 40, rgb(206, 194, 170), rgb(186, 172, 146))),
+    );
     let linen = b.material(Finish::dielectric("linen", [1.0; 3], 0.85).map(linen_map, 2.0));
     let rod = b.material(Finish::metal("curtain rod", [0.74, 0.6, 0.36], 0.2));
     let parts = furniture::window(b, bars, pane, 1.25, 1.95, (2, 3));
@@ -99,7 +104,7 @@ fn pictures(b: &mut Builder, wood: MaterialId) {
     for (k, (x, y, z, yaw, width, height, moulding)) in hang.into_iter().enumerate() {
         let map = b.texture(
             &format!("painting-{}", k + 1),
-            Image::color(256, |u, v| pattern::painting(u, v, 17 + 5 * k as u32)),
+            Image::color(256, move |u, v| pattern::painting(u, v, 17 + 5 * k as u32)),
         );
         let roughness = 0.3 + 0.07 * k as f32;
         let canvas = b.material(Finish::dielectric(&format!("canvas {}", k + 1), [1.0; 3], roughness).map(map, 1.0));
@@ -110,8 +115,8 @@ fn pictures(b: &mut Builder, wood: MaterialId) {
 }
 
 fn seats(b: &mut Builder, wood: &[MaterialId; 3]) {
-    let wool_map =
-        b.texture("wool", Image::color(256, |u, v| pattern::weave(u, v, 48, rgb(120, 134, 120), rgb(92, 108, 98))));
+    let wool_map = b
+        .texture("wool", Image::color(256, move |u, v| pattern::weave(u, v, 48, rgb(120, 134, 120), rgb(92, 108, 98))));
     let wool = b.material(Finish::dielectric("wool", [1.0; 3], 0.9).map(wool_map, 2.5));
     let leather = b.material(Finish::dielectric("leather", rgb(126, 62, 34), 0.42));
     let velvet = b.palette("velvet", &[([196, 140, 52], 0.63), ([44, 84, 100], 0.6)]);
@@ -132,7 +137,7 @@ fn seats(b: &mut Builder, wood: &[MaterialId; 3]) {
 fn middle(b: &mut Builder, wood: &[MaterialId; 3]) {
     let rug_map = b.texture(
         "rug",
-        Image::color(512, |u, v| pattern::rug(u, v, rgb(110, 34, 36), rgb(38, 50, 78), rgb(206, 182, 132))),
+        Image::color(512, move |u, v| pattern::rug(u, v, rgb(110, 34, 36), rgb(38, 50, 78), rgb(206, 182, 132))),
     );
     let rug = b.material(Finish::dielectric("rug", [1.0; 3], 0.95).map(rug_map, 1.0));
     b.add("rug", rug, furniture::rug(b, 2.3, 1.2).at(-0.3, 0.0, -1.45));

@@ -33,30 +33,32 @@ pub fn build(detail: f64) -> Builder {
 }
 
 fn hall(b: &mut Builder) -> Stuff {
-    let flags = |u, v| pattern::tiles(u, v, (4, 4), rgb(118, 108, 92), rgb(46, 40, 34), 0.5);
+    let flags = move |u, v| pattern::tiles(u, v, (4, 4), rgb(118, 108, 92), rgb(46, 40, 34), 0.5);
     let floor_map = b.texture("flags", Image::color(512, flags));
     let floor_bump =
-        b.texture("flags-bump", Image::normals(512, |u, v| 0.0022 * pattern::tile_height(u, v, (4, 4), 0.5)));
-    let floor_wear = b.texture("flags-wear", Image::roughness(512, |u, v| pattern::wear(u, v, 0.7, 21)));
+        b.texture("flags-bump", Image::normals(512, move |u, v| 0.0022 * pattern::tile_height(u, v, (4, 4), 0.5)));
+    let floor_wear = b.texture("flags-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.7, 21)));
     let polished = Finish::dielectric("worn flags", [0.85; 3], 0.2).ior(1.9).map(floor_map, 0.4);
     let floor = b.material(polished.roughness_map(floor_wear).normal_map(floor_bump));
     let ashlar_map = b.texture(
         "ashlar",
-        Image::color(512, |u, v| pattern::tiles(u, v, (4, 8), rgb(168, 150, 122), rgb(110, 98, 80), 0.5)),
+        Image::color(512, move |u, v| pattern::tiles(u, v, (4, 8), rgb(168, 150, 122), rgb(110, 98, 80), 0.5)),
     );
     let ashlar_bump =
-        b.texture("ashlar-bump", Image::normals(512, |u, v| 0.004 * pattern::tile_height(u, v, (4, 8), 0.5)));
+        b.texture("ashlar-bump", Image::normals(512, move |u, v| 0.004 * pattern::tile_height(u, v, (4, 8), 0.5)));
     let ashlar = b.material(Finish::dielectric("ashlar", [1.0; 3], 0.86).map(ashlar_map, 0.45).normal_map(ashlar_bump));
     let stone_map = b.texture(
         "limestone",
-        Image::color(256, |u, v| pattern::marble(u, v, rgb(190, 174, 146), rgb(140, 122, 96), 33)),
+        Image::color(256, move |u, v| pattern::marble(u, v, rgb(190, 174, 146), rgb(140, 122, 96), 33)),
     );
-    let marble_map =
-        b.texture("marble", Image::color(512, |u, v| pattern::marble(u, v, rgb(60, 74, 66), rgb(180, 190, 176), 12)));
-    let leaf_bump = b.texture("gold-leaf", Image::normals(256, |u, v| 0.004 * pattern::beads(u, v, 8)));
-    let leaf_wear = b.texture("gold-wear", Image::roughness(256, |u, v| pattern::wear(u, v, 0.5, 8)));
+    let marble_map = b.texture(
+        "marble",
+        Image::color(512, move |u, v| pattern::marble(u, v, rgb(60, 74, 66), rgb(180, 190, 176), 12)),
+    );
+    let leaf_bump = b.texture("gold-leaf", Image::normals(256, move |u, v| 0.004 * pattern::beads(u, v, 8)));
+    let leaf_wear = b.texture("gold-wear", Image::roughness(256, move |u, v| pattern::wear(u, v, 0.5, 8)));
     let beam_map =
-        b.texture("cedar", Image::color(256, |u, v| pattern::grain(u, v, rgb(132, 72, 44), rgb(74, 36, 22))));
+        b.texture("cedar", Image::color(256, move |u, v| pattern::grain(u, v, rgb(132, 72, 44), rgb(74, 36, 22))));
     let beam = b.material(Finish::dielectric("cedar", [1.0; 3], 0.6).map(beam_map, 0.8));
     b.add("floor", floor, slab(Vec3::new(9.4, 0.2, 12.0), Vec3::new(0.0, -0.1, -1.0)));
     b.add("back wall", ashlar, slab(Vec3::new(9.4, 4.4, 0.2), Vec3::new(0.0, 2.2, -5.6)));
@@ -93,7 +95,7 @@ fn columns(b: &mut Builder, stuff: &Stuff) {
         let gilt = rgb(206, 170, 90);
         let map = b.texture(
             &format!("banner-{}", k + 1),
-            Image::color(256, |u, v| pattern::rug(u, v, color, rgb(26, 22, 20), gilt)),
+            Image::color(256, move |u, v| pattern::rug(u, v, color, rgb(26, 22, 20), gilt)),
         );
         let silk =
             b.material(Finish::dielectric(&format!("silk {}", k + 1), [1.0; 3], 0.5 + 0.03 * k as f32).map(map, 1.0));
@@ -246,7 +248,7 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
     }
     let carpet_map = b.texture(
         "runner",
-        Image::color(512, |u, v| pattern::rug(u, v, rgb(120, 24, 26), rgb(36, 30, 64), rgb(206, 160, 76))),
+        Image::color(512, move |u, v| pattern::rug(u, v, rgb(120, 24, 26), rgb(36, 30, 64), rgb(206, 160, 76))),
     );
     let carpet = b.material(Finish::dielectric("runner", [1.0; 3], 0.93).map(carpet_map, 1.0));
     b.add("runner", carpet, furniture::rug(b, 0.9, 1.3).at(0.0, 0.0, -2.7));

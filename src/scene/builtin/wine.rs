@@ -38,21 +38,22 @@ pub fn build(detail: f64) -> Builder {
 }
 
 fn cellar(b: &mut Builder) -> MaterialId {
-    let stone = |u, v| pattern::checker(u, v, 4, rgb(88, 80, 72), rgb(40, 34, 32));
+    let stone = move |u, v| pattern::checker(u, v, 4, rgb(88, 80, 72), rgb(40, 34, 32));
     let floor_map = b.texture("flags", Image::color(512, stone));
-    let floor_wear = b.texture("flags-wear", Image::roughness(256, |u, v| pattern::wear(u, v, 0.5, 2)));
+    let floor_wear = b.texture("flags-wear", Image::roughness(256, move |u, v| pattern::wear(u, v, 0.5, 2)));
     let floor = b.material(
         Finish::dielectric("flagstones", [1.0; 3], 0.3).ior(1.8).map(floor_map, 0.5).roughness_map(floor_wear),
     );
     let brick_map = b.texture(
         "brick",
-        Image::color(512, |u, v| pattern::tiles(u, v, (6, 14), rgb(176, 134, 110), rgb(150, 142, 130), 0.5)),
+        Image::color(512, move |u, v| pattern::tiles(u, v, (6, 14), rgb(176, 134, 110), rgb(150, 142, 130), 0.5)),
     );
     let brick_bump =
-        b.texture("brick-bump", Image::normals(512, |u, v| 0.006 * pattern::tile_height(u, v, (6, 14), 0.5)));
+        b.texture("brick-bump", Image::normals(512, move |u, v| 0.006 * pattern::tile_height(u, v, (6, 14), 0.5)));
     let brick = b.material(Finish::dielectric("brick", [1.0; 3], 0.86).map(brick_map, 0.7).normal_map(brick_bump));
     let plaster = b.material(Finish::dielectric("lime plaster", rgb(196, 182, 158), 0.9));
-    let oak_map = b.texture("oak", Image::color(512, |u, v| pattern::grain(u, v, rgb(150, 106, 66), rgb(84, 56, 34))));
+    let oak_map =
+        b.texture("oak", Image::color(512, move |u, v| pattern::grain(u, v, rgb(150, 106, 66), rgb(84, 56, 34))));
     let oak = b.material(Finish::dielectric("cellar oak", [1.0; 3], 0.59).map(oak_map, 1.0));
     b.add("floor", floor, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, -0.1, 0.0)));
     b.add("ceiling", plaster, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, 3.0, 0.0)));
@@ -101,8 +102,8 @@ fn glass_materials(b: &mut Builder) -> Glasses {
 
 fn table(b: &mut Builder, oak: MaterialId) {
     let board_map =
-        b.texture("table", Image::color(512, |u, v| pattern::grain(u, v, rgb(86, 46, 28), rgb(38, 20, 14))));
-    let board_wear = b.texture("table-wear", Image::roughness(512, |u, v| pattern::wear(u, v, 0.4, 12)));
+        b.texture("table", Image::color(512, move |u, v| pattern::grain(u, v, rgb(86, 46, 28), rgb(38, 20, 14))));
+    let board_wear = b.texture("table-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.4, 12)));
     let polish = Finish::dielectric("table polish", [1.0; 3], 0.16).ior(1.9).map(board_map, 0.7);
     let board = b.material(polish.roughness_map(board_wear));
     let parts = furniture::table(b, board, oak, 2.7, 3.0, TOP);
@@ -126,8 +127,10 @@ fn table(b: &mut Builder, oak: MaterialId) {
 fn places(b: &mut Builder, glasses: &Glasses) {
     let china = b.palette("china", &[([232, 228, 216], 0.45), ([200, 214, 220], 0.55), ([56, 70, 96], 0.5)]);
     let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.09));
-    let napkin_map =
-        b.texture("napkin", Image::color(256, |u, v| pattern::weave(u, v, 64, rgb(190, 176, 150), rgb(150, 60, 56))));
+    let napkin_map = b.texture(
+        "napkin",
+        Image::color(256, move |u, v| pattern::weave(u, v, 64, rgb(190, 176, 150), rgb(150, 60, 56))),
+    );
     let napkin = b.material(Finish::dielectric("napkin", [1.0; 3], 0.92).map(napkin_map, 4.0));
     let forms = [
         b.mesh("red wine glass", vec![(glasses.tints[1], tableware::wine_glass(b, 0.24, 0.048))]),
@@ -288,8 +291,10 @@ fn rack(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
 }
 
 fn sides(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
-    let marble_map =
-        b.texture("marble", Image::color(256, |u, v| pattern::marble(u, v, rgb(206, 200, 190), rgb(90, 86, 84), 6)));
+    let marble_map = b.texture(
+        "marble",
+        Image::color(256, move |u, v| pattern::marble(u, v, rgb(206, 200, 190), rgb(90, 86, 84), 6)),
+    );
     let marble = b.material(Finish::dielectric("marble", [1.0; 3], 0.14).ior(1.7).map(marble_map, 0.8));
     let copper = b.material(Finish::metal("copper", [0.90, 0.54, 0.40], 0.5));
     for side in [-1.0f32, 1.0] {
