@@ -11,6 +11,7 @@ mod render;
 pub mod prepare;
 pub mod run;
 pub mod study;
+mod scene;
 
 use std::process::ExitCode;
 
@@ -36,6 +37,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Scene(scene::Args),
     #[cfg(feature = "gpu")]
     Render(render::Args),
     #[cfg(feature = "gpu")]
@@ -48,6 +50,7 @@ enum Command {
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
     let console = Console::new(cli.json);
     match cli.command {
+        Command::Scene(args) => scene::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args, &console),
         #[cfg(feature = "gpu")]

@@ -11,6 +11,7 @@ mod error;
 mod load;
 pub mod manifest;
 pub mod motion;
+pub mod survey;
 
 use std::sync::Arc;
 

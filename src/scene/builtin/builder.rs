@@ -1,6 +1,8 @@
 //! Shapes, materials and textures → an ordinary glTF: JSON, one `.bin`, PNG textures.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
@@ -40,11 +42,6 @@ impl Pose {
         Pose { rotation: self.rotation * turn(Vec3::X, degrees), ..self }
     }
 
-    /// Tipped sideways about its own z axis.
-    pub fn roll(self, degrees: f32) -> Pose {
-        Pose { rotation: self.rotation * turn(Vec3::Z, degrees), ..self }
-    }
-
     pub fn scale(self, scale: f32) -> Pose {
         Pose { scale, ..self }
     }
@@ -67,6 +64,7 @@ pub struct Finish {
     metallic: f32,
     roughness: f32,
     emissive: [f32; 3],
+    ior: f32,
     color_map: Option<TextureId>,
     roughness_map: Option<TextureId>,
     normal_map: Option<TextureId>,
@@ -82,6 +80,7 @@ impl Finish {
             metallic: 0.0,
             roughness,
             emissive: [0.0; 3],
+            ior: 1.5,
             color_map: None,
             roughness_map: None,
             normal_map: None,
@@ -95,6 +94,11 @@ impl Finish {
 
     pub fn emissive(self, radiance: [f32; 3]) -> Finish {
         Finish { emissive: radiance, ..self }
+    }
+
+    /// Index of refraction: 1.5 is plastic, 1.8–2 a lacquer or polish that mirrors more.
+    pub fn ior(self, ior: f32) -> Finish {
+        Finish { ior, ..self }
     }
 
     pub fn map(self, color_map: TextureId, repeat: f32) -> Finish {
@@ -149,6 +153,14 @@ impl Builder {
         MaterialId(self.finishes.len() - 1)
     }
 
+    /// Materials of one kind in several colours (0–255) and roughnesses, called `NAME 1`, `NAME 2`, …
+    pub fn palette(&mut self, name: &str, entries: &[([u8; 3], f32)]) -> Vec<MaterialId> {
+        let finish = |(i, ([r, g, b], roughness)): (usize, &([u8; 3], f32))| {
+            Finish::dielectric(&format!("{name} {}", i + 1), super::pattern::rgb(*r, *g, *b), *roughness)
+        };
+        entries.iter().enumerate().map(finish).map(|f| self.material(f)).collect()
+    }
+
     /// A mesh of one or more parts; parts of one material are joined.
     pub fn mesh(&mut self, name: &str, parts: Vec<(MaterialId, Shape)>) -> MeshId {
         let mut joined: BTreeMap<MaterialId, Shape> = BTreeMap::new();
@@ -169,6 +181,37 @@ impl Builder {
         self.place(name, mesh, Pose::at(0.0, 0.0, 0.0));
     }
 
+    /// Triangles over everything placed.
+    pub fn triangle_count(&self) -> usize {
+        let of = |mesh: &MeshId| self.meshes[mesh.0].1.iter().map(|(_, shape)| shape.indices.len() / 3).sum::<usize>();
+        self.nodes.iter().map(|(_, mesh, _)| of(mesh)).sum()
+    }
+
+    /// How many materials there are.
+    pub fn material_count(&self) -> usize {
+        self.finishes.len()
+    }
+
+    /// The textures' files in order, made on all cores.
+    fn pngs(&self) -> Vec<Result<Vec<u8>, String>> {
+        let next = AtomicUsize::new(0);
+        let threads = thread::available_parallelism().map_or(1, |n| n.get());
+        let mut made: Vec<(usize, Result<Vec<u8>, String>)> = thread::scope(|scope| {
+            let work = || {
+                let mut made = Vec::new();
+                loop {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((_, image)) = self.images.get(i) else { return made };
+                    made.push((i, image.to_png()));
+                }
+            };
+            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
+        });
+        made.sort_by_key(|(i, _)| *i);
+        made.into_iter().map(|(_, png)| png).collect()
+    }
+
     /// The glTF; the same bytes every time.
     pub fn finish(self) -> Result<Generated, String> {
         let mut out = Writer::default();
@@ -184,10 +227,10 @@ impl Builder {
         let nodes: Vec<Value> = self.nodes.iter().map(|(name, mesh, pose)| node_json(name, *mesh, pose)).collect();
         let mut files = BTreeMap::new();
         let mut images = Vec::new();
-        for (name, image) in &self.images {
+        for ((name, _), png) in self.images.iter().zip(self.pngs()) {
             let file = format!("{}-{name}.png", self.name);
             images.push(json!({ "name": name, "uri": file }));
-            files.insert(file, image.to_png()?);
+            files.insert(file, png?);
         }
         let textures: Vec<Value> = (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
         let bin = format!("{}.bin", self.name);
@@ -206,11 +249,15 @@ impl Builder {
             root["images"] = images.into();
             root["textures"] = textures.into();
             root["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }]);
-            root["extensionsUsed"] = json!(["KHR_texture_transform"]);
         }
-        if self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0)) {
-            let used = root["extensionsUsed"].as_array().cloned().unwrap_or_default();
-            root["extensionsUsed"] = used.into_iter().chain([json!("KHR_materials_emissive_strength")]).collect();
+        let used = [
+            (TEXTURE_TRANSFORM, self.finishes.iter().any(|f| f.repeat != 1.0)),
+            (EMISSIVE_STRENGTH, self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0))),
+            (IOR, self.finishes.iter().any(|f| f.ior != 1.5)),
+        ];
+        let used: Vec<&str> = used.iter().filter(|(_, used)| *used).map(|(name, _)| *name).collect();
+        if !used.is_empty() {
+            root["extensionsUsed"] = json!(used);
         }
         files.insert(bin, out.bytes);
         let gltf = serde_json::to_vec_pretty(&root).map_err(|error| error.to_string())?;
@@ -256,15 +303,26 @@ fn material_json(finish: &Finish) -> Value {
     if let Some(map) = finish.normal_map {
         material["normalTexture"] = slot(map);
     }
+    let mut extensions = serde_json::Map::new();
     let strength = finish.emissive.into_iter().fold(0.0, f32::max);
     if strength > 0.0 {
         material["emissiveFactor"] = json!(finish.emissive.map(|c| c / strength.max(1.0)));
         if strength > 1.0 {
-            material["extensions"] = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
+            extensions.insert(EMISSIVE_STRENGTH.to_owned(), json!({ "emissiveStrength": strength }));
         }
+    }
+    if finish.ior != 1.5 {
+        extensions.insert(IOR.to_owned(), json!({ "ior": finish.ior }));
+    }
+    if !extensions.is_empty() {
+        material["extensions"] = extensions.into();
     }
     material
 }
+
+const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+const IOR: &str = "KHR_materials_ior";
 
 #[derive(Default)]
 struct Writer {

@@ -93,12 +93,6 @@ pub fn weave(u: f32, v: f32, threads: i32, warp: [f32; 3], weft: [f32; 3]) -> Ve
     color * (0.55 + 0.45 * round) * (0.85 + 0.3 * fractal(u, v, (16, 16), 3, 41))
 }
 
-/// Height of [`weave`].
-pub fn weave_height(u: f32, v: f32, threads: i32) -> f32 {
-    let (i, j, ex, ey) = cell(u, v, (threads, threads), 0.0);
-    if (i + j) % 2 == 0 { smooth(0.0, 0.4, ex) } else { smooth(0.0, 0.4, ey) }
-}
-
 /// A rug: border, medallions and stripes from three colours.
 pub fn rug(u: f32, v: f32, ground: [f32; 3], figure: [f32; 3], line: [f32; 3]) -> Vec3 {
     let [ground, figure, line] = [ground, figure, line].map(Vec3::from_array);
@@ -122,19 +116,6 @@ pub fn rug(u: f32, v: f32, ground: [f32; 3], figure: [f32; 3], line: [f32; 3]) -
     color * pile
 }
 
-/// A row of book spines: hues, widths and title bars; v = 0 at their top.
-pub fn spines(u: f32, v: f32, books: i32, seed: u32) -> Vec3 {
-    let x = u * books as f32;
-    let i = x.floor() as i32;
-    let t = x - x.floor();
-    let pick = unit(i, 0, seed);
-    let base = Vec3::new(0.12 + 0.5 * unit(i, 1, seed), 0.08 + 0.3 * unit(i, 2, seed), 0.08 + 0.35 * unit(i, 3, seed));
-    let title = (0.18 + 0.3 * pick..0.24 + 0.3 * pick).contains(&v) && (0.15..0.85).contains(&t);
-    let band = (v - 0.1).abs() < 0.012 || (v - 0.88).abs() < 0.012;
-    let color = if title || band { Vec3::new(0.75, 0.62, 0.3) } else { base };
-    color * (0.3 + 0.7 * smooth(0.0, 0.12, t.min(1.0 - t)))
-}
-
 /// An abstract picture: horizon, blocks and strokes chosen by the seed.
 pub fn painting(u: f32, v: f32, seed: u32) -> Vec3 {
     let hue = |k: i32| Vec3::new(unit(k, 0, seed), unit(k, 1, seed), unit(k, 2, seed)) * 0.8 + 0.05;
@@ -150,7 +131,8 @@ pub fn painting(u: f32, v: f32, seed: u32) -> Vec3 {
             color = hue(10 + k);
         }
     }
-    color * (0.8 + 0.4 * fractal(u, v, (24, 8), 3, seed))
+    let grey = Vec3::splat(color.dot(Vec3::new(0.21, 0.72, 0.07)));
+    color.lerp(grey, 0.45) * (0.8 + 0.4 * fractal(u, v, (24, 8), 3, seed))
 }
 
 /// Polished but used: mostly 1, lower and higher in smears and fine scratches (a roughness factor).

@@ -81,16 +81,28 @@ impl Shape {
     }
 
     /// Normals made anew from the faces, smooth across vertices at one place.
-    pub fn smoothed(mut self) -> Shape {
-        let mut sums = std::collections::BTreeMap::<[u32; 3], Vec3>::new();
-        let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
+    pub fn smoothed(self) -> Shape {
+        self.smoothed_within(|_| false)
+    }
+
+    /// [`Shape::smoothed`] that keeps the edge between sides and flat ends (normals within 40° of the vertical).
+    pub fn smoothed_sides(self) -> Shape {
+        self.smoothed_within(|n| n.y.abs() > 0.77)
+    }
+
+    /// Vertices at one place are joined only when `group` of their present normals is the same.
+    fn smoothed_within(mut self, group: impl Fn(Vec3) -> bool) -> Shape {
+        let mut sums = std::collections::BTreeMap::<([u32; 3], bool), Vec3>::new();
+        let key = |p: Vec3, n: Vec3| ((p + Vec3::ZERO).to_array().map(f32::to_bits), group(n));
         for t in self.indices.chunks_exact(3) {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| self.positions[i as usize]);
-            let n = (b - a).cross(c - a);
-            [a, b, c].into_iter().for_each(|p| *sums.entry(key(p)).or_default() += n);
+            let face = (b - a).cross(c - a);
+            for i in t {
+                *sums.entry(key(self.positions[*i as usize], self.normals[*i as usize])).or_default() += face;
+            }
         }
         for (p, n) in self.positions.iter().zip(&mut self.normals) {
-            *n = sums.get(&key(*p)).copied().unwrap_or(*n).normalize_or(Vec3::Y);
+            *n = sums.get(&key(*p, *n)).copied().unwrap_or(*n).normalize_or(Vec3::Y);
         }
         self
     }

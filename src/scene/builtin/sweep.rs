@@ -143,11 +143,6 @@ pub fn disc(radius: f32, height: f32, segments: usize) -> Shape {
     )
 }
 
-/// A plain cylinder with softened rims, standing on y = 0.
-pub fn cylinder(radius: f32, height: f32, segments: usize) -> Shape {
-    disc(radius, height, segments)
-}
-
 /// A frame around an opening of `width` × `height` in the xy-plane, centred; bars `bar` wide and `depth` deep.
 pub fn frame(width: f32, height: f32, bar: f32, depth: f32, steps: usize) -> Shape {
     let mut shape = Shape::default();
@@ -158,4 +153,20 @@ pub fn frame(width: f32, height: f32, bar: f32, depth: f32, steps: usize) -> Sha
         shape.push(solids::rounded_box(side, bar * 0.2, steps).at(sign * (width + bar) / 2.0, 0.0, 0.0));
     }
     shape
+}
+
+/// A standing cask of `radius` at its ends and `height`, with `count` hoops: (staves, hoops).
+pub fn cask(segments: usize, radius: f32, height: f32, count: usize) -> (Shape, Shape) {
+    let belly = |t: f32| radius * (1.0 + 0.22 * sin(t * std::f32::consts::PI));
+    let steps = (segments / 6).max(4);
+    let mut profile = vec![(0.0, 0.0)];
+    profile.extend((0..=steps).map(|k| (belly(k as f32 / steps as f32), k as f32 / steps as f32 * height)));
+    profile.extend([(radius * 0.93, height), (radius * 0.92, height - 0.03), (0.0, height - 0.03)]);
+    let mut hoops = Shape::default();
+    for k in 0..count {
+        let t = (k as f32 + 0.5) / count as f32;
+        let ring = solids::torus(belly(t), 0.014, segments, 8).scaled(1.0, 1.6, 1.0);
+        hoops.push(ring.at(0.0, t * height, 0.0));
+    }
+    (lathe(&profile, segments), hoops)
 }

@@ -7,54 +7,51 @@ use image::ImageEncoder;
 
 use super::shape::Shape;
 
-/// A square RGB image.
-#[derive(Debug, Clone)]
+/// A square RGB image, evaluated when its file is made: listing a scene costs no texels.
 pub struct Image {
     size: u32,
-    rgb: Vec<u8>,
+    texel: Box<dyn Fn(f32, f32) -> [u8; 3] + Send + Sync>,
 }
 
 impl Image {
     /// A colour map: `color(u, v)` in linear light, stored as sRGB.
-    pub fn color(size: u32, color: impl Fn(f32, f32) -> Vec3) -> Image {
+    pub fn color(size: u32, color: impl Fn(f32, f32) -> Vec3 + Send + Sync + 'static) -> Image {
         let curve: Vec<u8> = (0..4096).map(|i| encode(i as f32 / 4095.0)).collect();
-        Image::make(size, |u, v| color(u, v).to_array().map(|c| curve[(c.clamp(0.0, 1.0) * 4095.0) as usize]))
+        let texel = move |u, v| color(u, v).to_array().map(|c| curve[(c.clamp(0.0, 1.0) * 4095.0) as usize]);
+        Image { size, texel: Box::new(texel) }
     }
 
     /// G = roughness factor, B = metallic factor (1: the material decides).
-    pub fn roughness(size: u32, roughness: impl Fn(f32, f32) -> f32) -> Image {
-        Image::make(size, |u, v| [255, byte(roughness(u, v)), 255])
+    pub fn roughness(size: u32, roughness: impl Fn(f32, f32) -> f32 + Send + Sync + 'static) -> Image {
+        Image { size, texel: Box::new(move |u, v| [255, byte(roughness(u, v)), 255]) }
     }
 
     /// Normals of a height field; `height` in units of the tile's side. Seamless where `height` is.
-    pub fn normals(size: u32, height: impl Fn(f32, f32) -> f32) -> Image {
+    pub fn normals(size: u32, height: impl Fn(f32, f32) -> f32 + Send + Sync + 'static) -> Image {
         let step = 1.0 / size as f32;
         let wrap = |x: f32| x - x.floor();
-        Image::make(size, |u, v| {
+        let texel = move |u: f32, v: f32| {
             let du = (height(wrap(u + step), v) - height(wrap(u - step), v)) / (2.0 * step);
             let dv = (height(u, wrap(v + step)) - height(u, wrap(v - step))) / (2.0 * step);
             // v grows downwards in the image, the green axis upwards.
             let n = Vec3::new(-du, dv, 1.0).normalize();
             (n * 0.5 + 0.5).to_array().map(byte)
-        })
-    }
-
-    fn make(size: u32, texel: impl Fn(f32, f32) -> [u8; 3]) -> Image {
-        let mut rgb = Vec::with_capacity((size * size * 3) as usize);
-        for y in 0..size {
-            for x in 0..size {
-                rgb.extend(texel((x as f32 + 0.5) / size as f32, (y as f32 + 0.5) / size as f32));
-            }
-        }
-        Image { size, rgb }
+        };
+        Image { size, texel: Box::new(texel) }
     }
 
     /// The image as a PNG file.
     pub fn to_png(&self) -> Result<Vec<u8>, String> {
         use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+        let mut rgb = Vec::with_capacity((self.size * self.size * 3) as usize);
+        for y in 0..self.size {
+            for x in 0..self.size {
+                rgb.extend((self.texel)((x as f32 + 0.5) / self.size as f32, (y as f32 + 0.5) / self.size as f32));
+            }
+        }
         let mut out = Cursor::new(Vec::new());
         PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Sub)
-            .write_image(&self.rgb, self.size, self.size, image::ExtendedColorType::Rgb8)
+            .write_image(&rgb, self.size, self.size, image::ExtendedColorType::Rgb8)
             .map_err(|error| format!("a texture could not be encoded: {error}"))?;
         Ok(out.into_inner())
     }
