@@ -4,4 +4,10 @@
 
 #![warn(missing_docs)]
 
+pub mod chance;
+pub mod error;
 pub mod files;
+pub mod special;
+pub mod wilcoxon;
+
+pub use error::{Error, Result};
