@@ -7,6 +7,7 @@
 pub mod chance;
 pub mod error;
 pub mod files;
+pub mod journal;
 pub mod special;
 pub mod wilcoxon;
 
