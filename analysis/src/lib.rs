@@ -4,10 +4,17 @@
 
 #![warn(missing_docs)]
 
+pub mod adjust;
 pub mod chance;
+pub mod contrast;
+pub mod data;
 pub mod error;
 pub mod files;
+pub mod interval;
 pub mod journal;
+pub mod mos;
+pub mod numbers;
+pub mod report;
 pub mod special;
 pub mod wilcoxon;
 

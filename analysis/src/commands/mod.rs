@@ -1,0 +1,41 @@
+//! The subcommands of `mos`, one a file, and what they share.
+
+pub mod input;
+pub mod table;
+pub mod test;
+pub mod wilcoxon;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Honest statistics for rating studies: mean opinion scores, paired tests, screening, planning.
+///
+/// Reads session journals (files, folders, patterns) or tidy CSV with the columns participant and rating.
+#[derive(Parser)]
+#[command(name = "mos", version, propagate_version = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Mean opinion scores with intervals, by condition
+    Table(table::Table),
+    /// Paired signed-rank tests of participants' sums, with effect sizes and corrections
+    Test(test::Test),
+    /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
+    Wilcoxon(wilcoxon::Wilcoxon),
+}
+
+/// Runs the command.
+pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    match arguments.command {
+        Command::Table(c) => c.run(),
+        Command::Test(c) => c.run(),
+        Command::Wilcoxon(c) => c.run(),
+    }?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,3 @@
+//! Results for readers.
+
+pub mod text;
