@@ -8,13 +8,17 @@ pub mod adjust;
 pub mod chance;
 pub mod contrast;
 pub mod data;
+pub mod equivalence;
 pub mod error;
 pub mod files;
+pub mod friedman;
 pub mod interval;
 pub mod journal;
 pub mod mos;
 pub mod numbers;
+pub mod preference;
 pub mod report;
+pub mod screen;
 pub mod special;
 pub mod wilcoxon;
 
