@@ -427,3 +427,52 @@ pub fn planned_options(data: &Dataset) -> TestOptions {
     }
     options
 }
+
+/// Each complete participant's sum for every level of a factor, in steps, and who is not complete.
+///
+/// # Errors
+/// [`Error::Data`] when the levels have no cell in common.
+pub fn scores(
+    data: &Dataset,
+    cells: &[usize],
+    factor: usize,
+    levels: &[String],
+) -> Result<(Vec<Vec<f64>>, Vec<String>)> {
+    let others = |c: usize| {
+        let mut l = data.cells[c].levels.clone();
+        l[factor] = None;
+        l
+    };
+    let of = |level: &str| -> Vec<usize> {
+        cells.iter().copied().filter(|c| data.cells[*c].levels[factor].as_deref() == Some(level)).collect()
+    };
+    let Some(first) = levels.first() else { return Err(Error::data("no levels to compare")) };
+    // Rows of cells, one a level, under the same other factors; only complete rows are compared.
+    let blocks: Vec<Vec<usize>> = of(first)
+        .into_iter()
+        .filter_map(|c| {
+            levels.iter().map(|l| of(l).into_iter().find(|o| others(*o) == others(c))).collect::<Option<Vec<_>>>()
+        })
+        .collect();
+    if blocks.is_empty() {
+        return Err(Error::data(format!("{} share no cell: nothing can be compared", levels.join(", "))));
+    }
+    let showings: Vec<u32> = blocks
+        .iter()
+        .map(|b| data.participants.iter().flat_map(|p| b.iter().map(|c| p.tally(*c).n)).max().unwrap_or(0))
+        .collect();
+    let (mut rows, mut incomplete) = (Vec::new(), Vec::new());
+    for p in &data.participants {
+        let given: u32 = blocks.iter().flatten().map(|c| p.tally(*c).n).sum();
+        if given == 0 {
+            continue;
+        }
+        if blocks.iter().zip(&showings).any(|(b, n)| b.iter().any(|c| p.tally(*c).n < *n)) {
+            incomplete.push(p.id.clone());
+            continue;
+        }
+        let sum = |l: usize| blocks.iter().map(|b| p.tally(b[l]).sum).sum::<i64>() as f64 / UNIT as f64;
+        rows.push((0..levels.len()).map(sum).collect());
+    }
+    Ok((rows, incomplete))
+}

@@ -5,8 +5,8 @@
 
 use serde::Serialize;
 
-use crate::contrast::{Difference, Pairs, difference};
-use crate::data::UNIT;
+use crate::contrast::{Difference, Pairs, difference, pairs};
+use crate::data::{Dataset, UNIT};
 use crate::error::{Error, Result};
 use crate::wilcoxon::{Alternative, Exact, Options, signed_rank};
 
@@ -75,6 +75,52 @@ pub fn equivalence(pairs: &Pairs, margin: f64, alpha: f64) -> Result<Equivalence
         convention: "two one-sided exact signed-rank tests on doubled sums shifted by the margin; zeros dropped".into(),
         notes,
     })
+}
+
+/// An equivalence test and its pair.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedEquivalence {
+    /// Study id; empty when the source has none.
+    pub study: String,
+    /// A level of `method`, or of the factor asked for.
+    pub a: String,
+    /// The other level.
+    pub b: String,
+    /// The result.
+    #[serde(flatten)]
+    pub result: Equivalence,
+}
+
+/// The equivalence tests that the study files fixed; with a `margin` given, stereo − path-traced in any
+/// study without a plan too. Without a margin nothing is claimed.
+///
+/// # Errors
+/// As [`equivalence`]; [`Error::Data`] when no participant is complete.
+pub fn planned_equivalences(data: &Dataset, margin: Option<f64>, alpha: f64) -> Result<Vec<NamedEquivalence>> {
+    let mut out = Vec::new();
+    for (s, study) in data.studies.iter().enumerate() {
+        let planned = study.plan.as_ref().and_then(|p| p.equivalence.as_ref());
+        let (a, b, m) = match (planned, margin) {
+            (Some(p), m) => (p.a.as_str(), p.b.as_str(), m.unwrap_or(p.margin)),
+            (None, Some(m)) => ("stereo", "path-traced", m),
+            (None, None) => continue,
+        };
+        match pairs(data, &data.cells_of(s), "method", a, b) {
+            Ok(p) if p.differences.is_empty() => {
+                return Err(Error::data(format!("{a} - {b}: no participant has every cell of both")));
+            }
+            Ok(p) => out.push(NamedEquivalence {
+                study: study.id.clone(),
+                a: a.to_owned(),
+                b: b.to_owned(),
+                result: equivalence(&p, m, alpha)?,
+            }),
+            // The methods do not occur: nothing to claim for this study.
+            Err(Error::Usage(_)) if planned.is_none() => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(out)
 }
 
 #[cfg(test)]

@@ -195,7 +195,10 @@ pub fn table(data: &Dataset, options: &TableOptions) -> Result<Table> {
 fn used_factors(data: &Dataset, cells: &[usize], by: &[String]) -> Vec<usize> {
     let has = |f: &usize| cells.iter().any(|c| data.cells[*c].levels[*f].is_some());
     if by.is_empty() {
-        return order_factors(data, (0..data.factors.len()).filter(has).collect());
+        // A factor with one level says nothing about the rows, except the two that every reader looks for.
+        let varies =
+            |f: &usize| matches!(data.factors[*f].as_str(), "scene" | "method") || data.levels(*f, cells).len() > 1;
+        return order_factors(data, (0..data.factors.len()).filter(has).filter(varies).collect());
     }
     by.iter().filter_map(|name| data.factor(name)).filter(has).collect()
 }

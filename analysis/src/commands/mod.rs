@@ -1,6 +1,12 @@
 //! The subcommands of `mos`, one a file, and what they share.
 
+pub mod check;
+pub mod coverage;
+pub mod friedman;
 pub mod input;
+pub mod power;
+pub mod preference;
+pub mod screen;
 pub mod table;
 pub mod test;
 pub mod wilcoxon;
@@ -26,6 +32,18 @@ enum Command {
     Table(table::Table),
     /// Paired signed-rank tests of participants' sums, with effect sizes and corrections
     Test(test::Test),
+    /// Forced choices: exact binomial tests, participant-level test, Davidson's model
+    Preference(preference::Preference),
+    /// Friedman's test of several conditions, then all pairs
+    Friedman(friedman::Friedman),
+    /// Observers: BT.500, P.910, agreement; shown, never applied
+    Screen(screen::Screen),
+    /// Power and size of a planned study, by simulation
+    Power(power::Power),
+    /// Coverage of every kind of interval, by simulation
+    Coverage(coverage::Coverage),
+    /// Read without analysing: check sums, order, gaps, doubles, kinds, timing
+    Check(check::Check),
     /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
     Wilcoxon(wilcoxon::Wilcoxon),
 }
@@ -36,6 +54,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         Command::Table(c) => c.run(),
         Command::Test(c) => c.run(),
         Command::Wilcoxon(c) => c.run(),
+        Command::Preference(c) => c.run(),
+        Command::Friedman(c) => c.run(),
+        Command::Screen(c) => c.run(),
+        Command::Power(c) => c.run(),
+        Command::Coverage(c) => c.run(),
+        Command::Check(c) => c.run(),
     }?;
     Ok(ExitCode::SUCCESS)
 }

@@ -4,8 +4,9 @@ use anyhow::Result;
 use clap::Args;
 use cyclopean_analysis::Error;
 use cyclopean_analysis::adjust::Correction;
-use cyclopean_analysis::contrast::{Contrast, default_contrasts, planned_options, test};
-use cyclopean_analysis::data::Columns;
+use cyclopean_analysis::contrast::{Contrast, default_contrasts, pairs, planned_options, test};
+use cyclopean_analysis::data::{Columns, Dataset};
+use cyclopean_analysis::equivalence::{NamedEquivalence, equivalence, planned_equivalences};
 use cyclopean_analysis::report::text;
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Zeros};
 use serde_json::json;
@@ -44,6 +45,12 @@ pub struct Test {
     /// Level of the interval of the mean paired difference
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     difference_level: f64,
+    /// Two one-sided tests of equivalence within this margin, scale steps [default: the study file's]
+    #[arg(long, value_name = "MARGIN")]
+    equivalence: Option<f64>,
+    /// Level of each one-sided test of equivalence
+    #[arg(long, default_value_t = 0.05)]
+    alpha: f64,
     /// Also pool all participant x cell pairs as if independent, as the paper may have done
     #[arg(long)]
     pooled: bool,
@@ -80,13 +87,43 @@ impl Test {
             return Err(Error::data("no factor to contrast; name one with --contrast FACTOR=A,B").into());
         }
         let results = test(data, &contrasts, &options)?;
+        let equivalences = self.equivalences(data)?;
         if self.input.json {
-            print_json(&json!({ "contrasts": results, "stamp": data.stamp(), "notes": data.notes }))
+            print_json(
+                &json!({ "contrasts": results, "equivalence": equivalences, "stamp": data.stamp(), "notes": data.notes }),
+            )
         } else {
             let mut out = text::contrasts(&results, data.stamp().as_deref());
+            out += &text::equivalences(&equivalences);
             out.extend(data.notes.iter().map(|n| format!("note: {n}\n")));
             print(&out)
         }
+    }
+
+    /// Of the contrasts asked for, else of the study file's pair, else of stereo − path-traced.
+    fn equivalences(&self, data: &Dataset) -> Result<Vec<NamedEquivalence>, Error> {
+        let mut out = planned_equivalences(data, self.equivalence, self.alpha)?;
+        if let (Some(margin), false) = (self.equivalence, self.contrast.is_empty()) {
+            out.clear();
+            for (s, study) in data.studies.iter().enumerate() {
+                for (factor, a, b) in &self.contrast {
+                    match pairs(data, &data.cells_of(s), factor, a, b) {
+                        Ok(p) => out.push(NamedEquivalence {
+                            study: study.id.clone(),
+                            a: a.clone(),
+                            b: b.clone(),
+                            result: equivalence(&p, margin, self.alpha)?,
+                        }),
+                        Err(Error::Usage(_)) if data.studies.len() > 1 => {}
+                        Err(e) => return Err(e),
+                    }
+                }
+            }
+        }
+        if self.equivalence.is_some() && out.is_empty() {
+            return Err(Error::usage("--equivalence needs a pair: name it with --contrast FACTOR=A,B"));
+        }
+        Ok(out)
     }
 
     fn contrasts(&self) -> Vec<Contrast> {

@@ -49,28 +49,36 @@ pub type Session = SessionVotes;
 
 /// Reads journals on all cores and hands each session to `take` in the order of `files`.
 ///
-/// Decoding and check sums are nine tenths of the work and run in parallel; a bounded queue keeps
-/// memory at a few sessions.
-///
 /// # Errors
 /// The first error in the order of the files: which file, which line, what to do; or `take`'s own.
 pub fn sessions(files: &[PathBuf], mut take: impl FnMut(Session) -> Result<()>) -> Result<()> {
+    sessions_in_parallel(files, read, |session| take(session?))
+}
+
+/// Runs `work` on every file on all cores and hands the results to `take` in the order of `files`.
+///
+/// Decoding and check sums are nine tenths of the work and run in parallel; a bounded queue keeps
+/// memory at a few sessions.
+pub(crate) fn sessions_in_parallel<T: Send, E>(
+    files: &[PathBuf],
+    work: impl Fn(&Path) -> T + Sync,
+    mut take: impl FnMut(T) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
     let workers = thread::available_parallelism().map_or(1, usize::from).min(8).min(files.len());
     if workers <= 1 {
-        return files.iter().try_for_each(|f| take(read(f)?));
+        return files.iter().try_for_each(|f| take(work(f)));
     }
     let next = AtomicUsize::new(0);
     thread::scope(|scope| {
         let (send, receive) = mpsc::sync_channel(4 * workers);
         for _ in 0..workers {
-            let (send, next) = (send.clone(), &next);
+            let (send, next, work) = (send.clone(), &next, &work);
             scope.spawn(move || {
                 loop {
                     let i = next.fetch_add(1, Ordering::Relaxed);
                     let Some(file) = files.get(i) else { break };
-                    let session = read(file);
                     // The receiver is gone after an error: there is nothing left to do.
-                    if send.send((i, session)).is_err() {
+                    if send.send((i, work(file))).is_err() {
                         break;
                     }
                 }
@@ -79,10 +87,10 @@ pub fn sessions(files: &[PathBuf], mut take: impl FnMut(Session) -> Result<()>) 
         drop(send);
         let mut waiting = BTreeMap::new();
         let mut due = 0;
-        for (i, session) in receive {
-            waiting.insert(i, session);
-            while let Some(session) = waiting.remove(&due) {
-                take(session?)?;
+        for (i, done) in receive {
+            waiting.insert(i, done);
+            while let Some(done) = waiting.remove(&due) {
+                take(done)?;
                 due += 1;
             }
         }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub use dataset::{Builder, Cell, Dataset, Participant, Study, Tally, kind_name, level_key};
 pub use journals::{Session, SessionSummary, sessions};
+pub(crate) use journals::{outcome_name, sessions_in_parallel};
 pub use paths::{Source, expand};
 pub use response::Response;
 pub use score::{Score, UNIT};

@@ -1,7 +1,9 @@
 //! Tables as plain text, for terminals and logs.
 
 use crate::contrast::ContrastResult;
+use crate::equivalence::NamedEquivalence;
 use crate::mos::{Row, Table};
+use crate::preference::Preference;
 use crate::special::p_text;
 use crate::wilcoxon::{SignedRank, percent};
 
@@ -102,11 +104,20 @@ pub fn grid(table: &Table) -> String {
         if !study.is_empty() {
             out += &format!("{study}\n");
         }
-        let last = |r: &Row| r.factors.last().map(|f| f.1.clone()).unwrap_or_default();
-        let first = |r: &Row| {
-            let n = r.factors.len().saturating_sub(1);
-            r.factors[..n].iter().map(|f| f.1.clone()).collect::<Vec<_>>().join(" ")
+        // A factor with one level would only repeat its word in every line.
+        let varies =
+            |i: usize| rows.iter().any(|r| r.factors.get(i).map(|f| &f.1) != rows[0].factors.get(i).map(|f| &f.1));
+        let width = rows.iter().map(|r| r.factors.len()).max().unwrap_or(0);
+        let mut shown: Vec<usize> = (0..width).filter(|i| varies(*i)).collect();
+        if shown.is_empty() {
+            shown = (0..width).collect();
+        }
+        let words = |r: &Row, which: &[usize]| {
+            which.iter().filter_map(|i| r.factors.get(*i)).map(|f| f.1.clone()).collect::<Vec<_>>().join(" ")
         };
+        let (line, column) = shown.split_last().map_or((vec![], vec![]), |(l, c)| (vec![*l], c.to_vec()));
+        let last = |r: &Row| words(r, &line);
+        let first = |r: &Row| words(r, &column);
         let distinct = |of: &dyn Fn(&Row) -> String| {
             rows.iter().map(|r| of(r)).fold(Vec::new(), |mut all, l| {
                 if !all.contains(&l) {
@@ -265,4 +276,83 @@ pub fn name(r: &ContrastResult) -> String {
         name += &format!(" ({at})");
     }
     if r.study.is_empty() { name } else { format!("{}: {name}", r.study) }
+}
+
+/// `mos preference`: a line a condition, the overall test, the model.
+pub fn preference(p: &Preference) -> String {
+    let mut rows = vec![
+        ["condition", "method", "same", "other", "MOS", "decided", "p", "share", "interval", "p ties split"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let optional = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
+    for c in &p.conditions {
+        let v = c.votes;
+        rows.push(vec![
+            c.factors.iter().map(|f| f.1.as_str()).collect::<Vec<_>>().join(" "),
+            format!("{} ({:.0} %)", v.wins, 100.0 * c.shares[0]),
+            format!("{} ({:.0} %)", v.ties, 100.0 * c.shares[1]),
+            format!("{} ({:.0} %)", v.losses, 100.0 * c.shares[2]),
+            format!("{:.3}", c.mos),
+            format!("{} of {}", c.decided.k, c.decided.n),
+            optional(c.decided.p),
+            number(c.decided.share),
+            match (c.decided.lo, c.decided.hi) {
+                (Some(lo), Some(hi)) => format!("[{lo:.3}, {hi:.3}]"),
+                _ => "-".into(),
+            },
+            optional(c.split.p),
+        ]);
+    }
+    let mut out = if p.study.is_empty() { String::new() } else { format!("{}\n", p.study) };
+    out += &align(&rows);
+    let t = &p.overall;
+    out += &format!(
+        "overall, participant level: n = {}, zeros {}, R+ = {}, R- = {}, z = {}, p exact = {}, p mid = {}, p asymptotic = {}\n",
+        t.n,
+        t.n_zero,
+        t.r_plus,
+        t.r_minus,
+        number(t.z),
+        optional(t.p_exact),
+        optional(t.p_mid),
+        optional(t.p_asymptotic)
+    );
+    for s in &p.davidson.strengths {
+        out += &format!("log-strength {}: {:.3} [{}, {}]\n", s.name, s.log_strength, number(s.lo), number(s.hi));
+    }
+    out += &format!("tie parameter nu = {:.4}; {}\n", p.davidson.nu, p.davidson.convention);
+    if let Some((ratio, nu)) = p.davidson.two_methods {
+        out += &format!("two methods, without a prior: ratio {}, nu {}\n", number(ratio), number(nu));
+    }
+    out += &format!("convention: {}\n", p.convention);
+    if !p.incomplete.is_empty() {
+        out += &format!("note: left out of the overall test, without every vote: {}\n", p.incomplete.join(", "));
+    }
+    out
+}
+
+/// Equivalence tests, a line each, and what they may be called.
+pub fn equivalences(all: &[NamedEquivalence]) -> String {
+    let mut out = String::new();
+    for e in all {
+        let r = &e.result;
+        out += &format!(
+            "equivalence {} - {} within ±{} steps: {} (p = {}, one-sided {} and {}, n = {}; mean difference {:.3} [{}, {}] at {})\n",
+            e.a,
+            e.b,
+            r.margin,
+            if r.equivalent { "shown" } else { "NOT shown" },
+            p_text(r.p),
+            p_text(r.p_lower),
+            p_text(r.p_upper),
+            r.n,
+            r.difference.mean,
+            number(r.difference.lo),
+            number(r.difference.hi),
+            percent(r.difference.level)
+        );
+        out.extend(r.notes.iter().map(|n| format!("note: equivalence: {n}\n")));
+    }
+    out
 }
