@@ -63,15 +63,20 @@ impl KindName {
 }
 
 impl Input {
-    /// Reads the answers; `columns` says which factors the command needs.
-    pub fn load(&self, columns: Columns) -> Result<Loaded> {
-        let mut selection = Selection {
+    /// What the options say about reading; `columns` says which factors the command needs.
+    pub fn selection(&self, columns: Columns) -> Selection {
+        Selection {
             columns,
             kind: self.kind.and_then(|k| if k == KindName::All { None } else { k.kinds().first().copied() }),
             allow_kinds: self.allow_kind.iter().flat_map(|k| k.kinds()).collect(),
             study: self.study.clone(),
             exclude: self.exclude.iter().cloned().collect::<BTreeSet<_>>(),
-        };
+        }
+    }
+
+    /// Reads the answers; `columns` says which factors the command needs.
+    pub fn load(&self, columns: Columns) -> Result<Loaded> {
+        let mut selection = self.selection(columns);
         if self.exclude_failed && self.paths.iter().any(|p| p.as_os_str() == "-") {
             return Err(Error::usage("--exclude-failed reads twice and cannot read standard input").into());
         }

@@ -6,6 +6,7 @@ pub mod friedman;
 pub mod input;
 pub mod power;
 pub mod preference;
+pub mod report;
 pub mod screen;
 pub mod table;
 pub mod test;
@@ -42,6 +43,8 @@ enum Command {
     Power(power::Power),
     /// Coverage of every kind of interval, by simulation
     Coverage(coverage::Coverage),
+    /// The whole analysis as one page, Markdown, LaTeX, CSV or JSON
+    Report(report::Report),
     /// Read without analysing: check sums, order, gaps, doubles, kinds, timing
     Check(check::Check),
     /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
@@ -59,6 +62,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         Command::Screen(c) => c.run(),
         Command::Power(c) => c.run(),
         Command::Coverage(c) => c.run(),
+        Command::Report(c) => c.run(),
         Command::Check(c) => c.run(),
     }?;
     Ok(ExitCode::SUCCESS)
