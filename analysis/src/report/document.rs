@@ -2,6 +2,7 @@
 
 use super::input::{ReportInput, Results, StudyReport, spearman};
 use super::{svg, text};
+use crate::contrast::ContrastResult;
 use crate::data::outcome_name;
 use crate::inspect::trust_name;
 use crate::journal::plan::AnalysisPlan;
@@ -291,64 +292,72 @@ fn mos_table(input: &ReportInput, table: &Table) -> Block {
 fn tests(input: &ReportInput, r: &Results, suffix: &str, out: &mut Vec<Block>) {
     let Some(first) = r.contrasts.first() else { return };
     out.push(Block::Heading(2, format!("Paired tests{suffix}")));
-    let head = [
-        "contrast",
-        "family",
-        "n",
-        "mean diff.",
-        "interval",
-        "z",
-        "p exact",
-        "p mid",
-        "p asympt.",
-        "p adjusted",
-        "rank-biserial",
-        "Hodges-Lehmann",
-    ];
     let optional = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
     let interval = |lo: Option<f64>, hi: Option<f64>| match (lo, hi) {
         (Some(lo), Some(hi)) => format!("[{lo:.2}, {hi:.2}]"),
         _ => "-".into(),
     };
-    let rows = r
-        .contrasts
-        .iter()
-        .map(|c| {
-            let mut name = format!("{} - {}", c.contrast.a, c.contrast.b);
-            if let Some(at) = &c.at {
-                name += &format!(" ({at})");
-            }
-            let t = &c.test;
-            vec![
-                name,
-                c.contrast.family.clone(),
-                t.n.to_string(),
-                format!("{:.2}", c.difference.mean),
-                interval(c.difference.lo, c.difference.hi),
-                text::number(t.z),
-                optional(t.p_exact),
-                optional(t.p_mid),
-                optional(t.p_asymptotic),
-                p_text(c.p_adjusted),
-                format!("{} {}", text::number(t.rank_biserial), interval(t.rank_biserial_lo, t.rank_biserial_hi)),
-                format!("{} {}", text::number(t.hodges_lehmann), interval(t.hodges_lehmann_lo, t.hodges_lehmann_hi)),
-            ]
-        })
-        .collect();
+    let name = |c: &ContrastResult| {
+        let at = c.at.as_ref().map(|at| format!(" ({at})")).unwrap_or_default();
+        format!("{} - {}{at}", c.contrast.a, c.contrast.b)
+    };
+    let lines: Vec<_> =
+        r.contrasts.iter().map(|c| (name(c), c.difference.mean, c.difference.lo, c.difference.hi)).collect();
+    let margin = r.equivalences.first().map(|e| e.result.margin);
+    out.push(Block::Plot {
+        caption: stamp(
+            input,
+            &format!("Mean paired differences in scale steps with {} t intervals.", percent(first.difference.level)),
+        ),
+        svg: svg::differences(&lines, margin, "paired differences", input.stamp.as_deref()),
+    });
+    let rows = r.contrasts.iter().map(|c| {
+        let t = &c.test;
+        let sums = [t.r_plus.to_string(), t.r_minus.to_string(), text::number(t.z)];
+        let p = [optional(t.p_exact), optional(t.p_mid), optional(t.p_asymptotic), p_text(c.p_adjusted)];
+        let head = [name(c), c.contrast.family.clone(), t.n.to_string(), t.n_zero.to_string()];
+        head.into_iter().chain(sums).chain(p).collect()
+    });
     out.push(Block::Table {
         caption: stamp(
             input,
             &format!(
-                "Wilcoxon signed-rank tests. Unit: the participant (sums over cells and repetitions). {}. p adjusted within each \
-                 family: {}. Differences in scale steps; mean difference with its {} t interval, effect sizes at {}.",
+                "Wilcoxon signed-rank tests. Unit: the participant (sums over cells and repetitions). Convention: {}. p adjusted \
+                 within each family: {}.",
                 first.test.convention,
-                first.correction.name(),
+                first.correction.name()
+            ),
+        ),
+        head: ["contrast", "family", "n", "zeros", "R+", "R-", "z", "p exact", "p mid", "p asympt.", "p adjusted"]
+            .map(str::to_owned)
+            .to_vec(),
+        rows: rows.collect(),
+    });
+    let rows = r.contrasts.iter().map(|c| {
+        let t = &c.test;
+        vec![
+            name(c),
+            format!("{:.2} {}", c.difference.mean, interval(c.difference.lo, c.difference.hi)),
+            format!("{} {}", text::number(t.hodges_lehmann), interval(t.hodges_lehmann_lo, t.hodges_lehmann_hi)),
+            t.hodges_lehmann_level.map_or_else(|| "-".into(), |l| format!("{:.1} %", 100.0 * l)),
+            format!("{} {}", text::number(t.rank_biserial), interval(t.rank_biserial_lo, t.rank_biserial_hi)),
+            format!("{} (N = {})", text::number(t.effect_r), t.effect_r_n),
+        ]
+    });
+    out.push(Block::Table {
+        caption: stamp(
+            input,
+            &format!(
+                "Effect sizes. Differences in scale steps: mean with its {} t interval, Hodges-Lehmann shift with its {} interval and \
+                 the level achieved; matched-pairs rank-biserial on wilcox ranks with its interval by Fisher's z (none at ±1).",
                 percent(first.difference.level),
                 percent(first.test.level)
             ),
         ),
-        head: head.map(str::to_owned).to_vec(),
-        rows,
+        head: ["contrast", "mean difference", "Hodges-Lehmann", "achieved", "rank-biserial", "r = z/sqrt(N)"]
+            .map(str::to_owned)
+            .to_vec(),
+        rows: rows.collect(),
     });
     let mut notes: Vec<String> = Vec::new();
     for note in r.contrasts.iter().flat_map(|c| &c.test.notes) {

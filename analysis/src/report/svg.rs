@@ -133,26 +133,30 @@ pub fn means(rows: &[&Row], group: Option<&str>, series: Option<&str>, label: &s
             c.text("value", x + 11.0, y(r.mean) + 4.5, &format!("{:.2}", r.mean));
         }
     }
-    legend(&mut c, left, 20.0, &all_series, |c, i, x, y| c.marker(i, x, y));
-    stamped(&mut c, stamp);
+    legend(&mut c, left, 20.0, &all_series, stamp, |c, i, x, y| c.marker(i, x, y));
     c.finish(label)
 }
 
 /// Names along the top, each after its mark.
-fn legend(c: &mut Canvas, left: f64, y: f64, names: &[String], mark: impl Fn(&mut Canvas, usize, f64, f64)) {
+///
+/// The stamp stands after them, at the left, so that a narrow screen shows it without scrolling.
+fn legend(
+    c: &mut Canvas,
+    left: f64,
+    y: f64,
+    names: &[String],
+    stamp: Option<&str>,
+    mark: impl Fn(&mut Canvas, usize, f64, f64),
+) {
     let mut x = left + 8.0;
     for (i, name) in names.iter().enumerate().filter(|n| !n.1.is_empty()) {
         mark(c, i, x, y);
         c.text("label", x + 12.0, y + 4.5, name);
         x += 34.0 + width_of(name);
     }
-}
-
-/// Marks data that are not real people's, in the drawing itself: a cut-out plot keeps its mark.
-fn stamped(c: &mut Canvas, stamp: Option<&str>) {
+    // In the drawing itself: a plot cut out of the page keeps its mark.
     if let Some(stamp) = stamp {
-        let (w, text) = (c.width, stamp.to_uppercase());
-        c.text("stamp end", w - 8.0, 20.0, &text);
+        c.text("stamp", x + 4.0, y + 4.5, &stamp.to_uppercase());
     }
 }
 
@@ -199,17 +203,66 @@ pub fn distributions(rows: &[&Row], names: &[String], words: &[String], label: &
         let x = left + span * f64::from(percent) / 100.0;
         c.text("tick middle", x, axis, &format!("{percent} %"));
     }
-    c.text("tick", left + span + 8.0, axis, "MOS");
+    c.text("tick", left + span + 30.0, axis, "MOS");
     let steps = rows.iter().map(|r| r.counts.len()).max().unwrap_or(0);
     let shorter: Vec<String> = words.iter().take(steps).cloned().collect();
     let total: f64 = shorter.iter().map(|w| 34.0 + width_of(w)).sum();
     // Long words of a scale do not fit beside each other: then its numbers must do.
     let room = width - 16.0 - stamp.map_or(0.0, |s| 9.5 * s.len() as f64 + 16.0);
     let shown: Vec<String> = if total > room { (1..=steps).map(|i| i.to_string()).collect() } else { shorter };
-    legend(&mut c, 8.0, 20.0, &shown, |c, i, x, y| {
+    legend(&mut c, 8.0, 20.0, &shown, stamp, |c, i, x, y| {
         c.rect(&format!("seg {}", step_class(i, steps)), x - 6.0, y - 7.0, 14.0, 14.0)
     });
-    stamped(&mut c, stamp);
+    c.finish(label)
+}
+
+/// Paired differences with their intervals around zero, one line each; a margin of equivalence as a band.
+pub fn differences(
+    lines: &[(String, f64, Option<f64>, Option<f64>)],
+    margin: Option<f64>,
+    label: &str,
+    stamp: Option<&str>,
+) -> String {
+    let widest = lines.iter().map(|l| width_of(&l.0)).fold(0.0, f64::max).min(300.0);
+    let (left, right, top, row) = (widest + 16.0, 120.0, 40.0, 30.0);
+    let (width, height) = (720.0, top + lines.len() as f64 * row + 26.0);
+    let ends = lines
+        .iter()
+        .flat_map(|l| [Some(l.1), l.2, l.3])
+        .flatten()
+        .chain(margin.iter().flat_map(|m| [-m, *m]))
+        .chain([0.0]);
+    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let pad = 0.05 * (high - low).max(0.5);
+    let (low, high) = (low - pad, high + pad);
+    let x = |v: f64| left + (v - low) / (high - low) * (width - left - right);
+    let mut c = Canvas::new(width, height);
+    let bottom = top + lines.len() as f64 * row;
+    if let Some(m) = margin {
+        c.rect("band", x(-m), top, x(m) - x(-m), bottom - top);
+    }
+    let step = [0.25, 0.5, 1.0, 2.0, 5.0, 10.0].into_iter().find(|s| (high - low) / s <= 9.0).unwrap_or(20.0);
+    let mut tick = (low / step).ceil() * step;
+    while tick <= high {
+        c.line(if tick == 0.0 { "zero" } else { "grid" }, x(tick), top, x(tick), bottom);
+        c.text("tick middle", x(tick), bottom + 18.0, &format!("{}", tick + 0.0));
+        tick += step;
+    }
+    for (i, (name, mean, lo, hi)) in lines.iter().enumerate() {
+        let y = top + (i as f64 + 0.5) * row;
+        c.text("label end", left - 8.0, y + 4.5, name);
+        let mut value = format!("{mean:.2}");
+        if let (Some(lo), Some(hi)) = (lo, hi) {
+            c.line("bar l1", x(*lo), y, x(*hi), y);
+            c.line("bar l1", x(*lo), y - 5.0, x(*lo), y + 5.0);
+            c.line("bar l1", x(*hi), y - 5.0, x(*hi), y + 5.0);
+            value += &format!(" [{lo:.2}, {hi:.2}]");
+        }
+        c.marker(1, x(*mean), y);
+        c.text("value", width - right + 8.0, y + 4.5, &value);
+    }
+    let names = margin.map(|m| vec![format!("zone of no matter, ±{m}")]).unwrap_or_default();
+    legend(&mut c, 8.0, 18.0, &names, stamp, |c, _, x, y| c.rect("band", x - 6.0, y - 7.0, 14.0, 14.0));
     c.finish(label)
 }
 
@@ -246,7 +299,6 @@ pub fn scatter(points: &[(String, String, f64, f64)], label: &str, stamp: Option
         c.marker(s, x(*vx), y(*vy));
         c.text("value", x(*vx) + 11.0, y(*vy) + 4.5, scene);
     }
-    legend(&mut c, left, 20.0, &methods, |c, i, x, y| c.marker(i, x, y));
-    stamped(&mut c, stamp);
+    legend(&mut c, left, 20.0, &methods, stamp, |c, i, x, y| c.marker(i, x, y));
     c.finish(label)
 }
