@@ -49,6 +49,7 @@ impl RayScene {
             triangles: upload_rows(gpu, "BVH triangles", &triangles)?,
             textures: Buffer::with_content(gpu, "textures for hits", &textures)?,
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
+            halvings,
         })
     }
 }
