@@ -1,132 +1,195 @@
-//! A renderer that needs no graphics device, and the program's binary in a fresh folder.
+//! Small scenes whose answers are known, and the device they are rendered on.
+#![allow(dead_code, reason = "each test file uses its part")]
 
-#![allow(dead_code)] // Each test program uses its part.
+use std::rc::Rc;
+use std::sync::Arc;
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
+use cyclopean::picture::StereoPicture;
+use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
+use cyclopean::scene::{
+    Alpha, Environment, Equirect, Fallback, Instance, Material, Primitive, Scene, StereoCamera, View,
+};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, Vec4};
 
-use cyclopean::study::prepare::{self, Shard};
-use cyclopean::study::sha256_hex;
-use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
-use cyclopean::study::store::Store;
-use cyclopean::study::validate;
-
-/// Paints small real images whose colours follow from the request.
-#[derive(Default)]
-pub struct Painter {
-    /// Changes every identity, as a new shader would.
-    pub version: u32,
-    /// How many were rendered.
-    pub rendered: usize,
-    /// Fails at this one.
-    pub fails_at: Option<usize>,
+/// The best device with validation on: one message fails the render.
+pub fn gpu() -> Rc<Gpu> {
+    let options = GpuOptions { validation: true, pipeline_cache: None };
+    Gpu::open(&OwnDevice::default(), &options).expect("a Vulkan device; ./x test installs one")
 }
 
-impl StimulusRenderer for Painter {
-    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
-        Ok(sha256_hex(format!("painter {} {}", self.version, serde_json::to_string(request)?).as_bytes()))
-    }
+/// Small, without the border's fade.
+pub fn settings(width: u32, height: u32) -> Settings {
+    Settings { width, height, edge_fade: 0.0, ..Settings::default() }
+}
 
-    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
-        anyhow::ensure!(self.fails_at != Some(self.rendered), "the device is gone");
-        self.rendered += 1;
-        let key = self.identity(request)?;
-        let byte = |i: usize| u8::from_str_radix(&key[2 * i..2 * i + 2], 16).unwrap_or(0);
-        let sbs =
-            image::RgbImage::from_fn(32, 16, |x, y| image::Rgb([byte(0), byte((x % 32) as usize), byte(y as usize)]));
-        sbs.save(into.join("sbs.png"))?;
-        let pixel = |x: usize, _y: usize| (f32::from(byte(x % 32)), 0.5_f32, 0.25_f32);
-        exr::prelude::write_rgb_file(into.join("stereo.exr"), 16, 16, pixel)?;
-        Ok(StimulusInfo {
-            scene_sha256: Some(sha256_hex(request.scene.as_bytes())),
-            shaders_sha256: None,
-            renderer: format!("painter {}", self.version),
-            samples: request.samples.unwrap_or(1),
-            standard_error: None,
-            inconsistency: Some(if request.method == "sssr" { 0.2 } else { 0.0 }),
-        })
+/// A perfect grey metal.
+pub fn material(roughness: f32) -> Material {
+    Material {
+        name: "metal".to_owned(),
+        base_color: Vec4::ONE,
+        base_color_texture: None,
+        metallic: 1.0,
+        roughness,
+        metallic_roughness_texture: None,
+        normal_texture: None,
+        normal_scale: 1.0,
+        emissive: Vec3::ZERO,
+        emissive_texture: None,
+        dielectric_f0: Vec3::splat(0.04),
+        alpha: Alpha::Opaque,
+        double_sided: false,
+        transmission: 0.0,
     }
 }
 
-/// A folder with a study file and its stimuli prepared.
-pub struct Lab {
-    pub dir: tempfile::TempDir,
+/// Light of its own, no reflection.
+pub fn glowing(color: Vec3) -> Material {
+    let black = Vec4::new(0.0, 0.0, 0.0, 1.0);
+    Material { emissive: color, base_color: black, metallic: 0.0, dielectric_f0: Vec3::ZERO, ..material(1.0) }
 }
 
-impl Lab {
-    /// `study`: JSON of the whole file.
-    pub fn new(study: &serde_json::Value) -> Lab {
-        let lab = Lab { dir: tempfile::tempdir().expect("a temporary folder") };
-        std::fs::write(lab.study(), serde_json::to_string_pretty(study).expect("JSON")).expect("the study file");
-        lab.prepare(&mut Painter::default());
-        lab
+/// A grid of `n`×`n` quads over the unit square of the xz plane about the origin, facing +Y.
+pub fn plane(n: u32) -> Primitive {
+    let side = n + 1;
+    let at = |i: u32| i as f32 / n as f32 - 0.5;
+    let grid: Vec<(u32, u32)> = (0..side * side).map(|i| (i % side, i / side)).collect();
+    let positions: Vec<Vec3> = grid.iter().map(|&(x, z)| Vec3::new(at(x), 0.0, at(z))).collect();
+    let mut indices = Vec::new();
+    for z in 0..n {
+        for x in 0..n {
+            let a = z * side + x;
+            indices.extend([a, a + side, a + 1, a + 1, a + side, a + side + 1]);
+        }
     }
+    primitive(positions, vec![Vec3::Y; grid.len()], indices, false)
+}
 
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
+/// The unit sphere.
+pub fn sphere(rings: u32) -> Primitive {
+    let segments = 2 * rings;
+    let mut positions = Vec::new();
+    for ring in 0..=rings {
+        let theta = std::f32::consts::PI * ring as f32 / rings as f32;
+        for segment in 0..=segments {
+            let phi = std::f32::consts::TAU * segment as f32 / segments as f32;
+            positions.push(Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()));
+        }
     }
-
-    pub fn study(&self) -> PathBuf {
-        self.path("study.json")
+    let mut indices = Vec::new();
+    for ring in 0..rings {
+        for segment in 0..segments {
+            let a = ring * (segments + 1) + segment;
+            let b = a + segments + 1;
+            indices.extend([a, a + 1, b, b, a + 1, b + 1]);
+        }
     }
+    primitive(positions.clone(), positions, indices, true)
+}
 
-    pub fn store(&self) -> Store {
-        Store::new(self.path("store"))
-    }
-
-    pub fn sessions(&self) -> PathBuf {
-        self.path("sessions")
-    }
-
-    pub fn load(&self) -> validate::Study {
-        validate::load(&self.study()).expect("a study")
-    }
-
-    pub fn prepare(&self, painter: &mut Painter) -> prepare::Report {
-        let study = self.load();
-        prepare::prepare(&study.definition, &self.store(), painter, Shard::WHOLE, &mut |_, _| Ok(()))
-            .expect("prepared stimuli")
-    }
-
-    /// The program, in this folder.
-    pub fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cyclopean"));
-        command.args(args).current_dir(self.dir.path());
-        command
-    }
-
-    pub fn program(&self, args: &[&str]) -> Output {
-        self.command(args).output().expect("the program starts")
-    }
-
-    /// A simulated session; more arguments after the participant.
-    pub fn simulate(&self, participant: &str, more: &[&str]) -> Output {
-        let mut args = vec!["run", "study.json", "--participant", participant, "--simulate"];
-        args.extend_from_slice(more);
-        self.program(&args)
-    }
-
-    pub fn journal(&self, participant: &str, session: &str) -> PathBuf {
-        self.sessions().join(&self.load().definition.id).join(participant).join(format!("{session}.jsonl"))
+pub fn primitive(positions: Vec<Vec3>, normals: Vec<Vec3>, indices: Vec<u32>, closed: bool) -> Primitive {
+    let n = positions.len();
+    Primitive {
+        name: "shape".to_owned(),
+        positions,
+        normals,
+        tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); n],
+        uv0: vec![Vec2::ZERO; n],
+        uv1: vec![Vec2::ZERO; n],
+        colors: vec![Vec4::ONE; n],
+        indices,
+        material: 0,
+        closed,
     }
 }
 
-pub fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// The same radiance from everywhere.
+pub fn constant_environment(radiance: f32) -> Environment {
+    let map = Equirect { width: 4, height: 2, texels: vec![[radiance; 3]; 8] };
+    Environment { radiance: map.clone(), irradiance: map.clone(), specular: vec![map.clone(), map] }
 }
 
-/// `n` scenes rated on five steps, short times.
-pub fn rate(scenes: &[&str], repetitions: u32) -> serde_json::Value {
-    serde_json::json!({
-        "format": 1, "id": "rate", "title": "Rate", "seed": 11, "participants": 4, "task": "rate",
-        "instructions": "Look.", "question": "How much?",
-        "labels": ["very strong", "strong", "moderate", "slight", "none"], "scale": [1, 2, 3, 4, 5],
-        "protocol": [{"show": "stimulus", "seconds": 2.0}],
-        "blank": {"seconds": 0.5},
-        "conditions": {"cross": {"scene": scenes, "method": ["sssr", "path-traced"]}},
-        "repetitions": repetitions,
-        "practice": [{"scene": "pink", "method": "sssr"}],
-        "stimuli": {"width_px": 16, "height_px": 16},
-        "simulation": {"latent": {"sssr": 2.5, "path-traced": 4.5}, "noise_sd": 0.7, "response_seconds": 1.0}
-    })
+/// Primitives with materials and places, under a constant environment, seen by one view.
+pub fn scene(parts: Vec<(Primitive, Material, DAffine3)>, radiance: f32, view: View) -> Scene {
+    let (mut primitives, mut materials, mut instances) = (Vec::new(), Vec::new(), Vec::new());
+    for (mut primitive, material, place) in parts {
+        primitive.material = materials.len();
+        instances.push(Instance {
+            primitive: primitives.len(),
+            world_from_object: place,
+            previous_world_from_object: place,
+        });
+        primitives.push(primitive);
+        materials.push(material);
+    }
+    Scene {
+        name: "test".to_owned(),
+        primitives,
+        instances,
+        materials,
+        textures: Vec::new(),
+        lights: Vec::new(),
+        environment: constant_environment(radiance),
+        views: vec![view],
+        fallback: Fallback::Black,
+        exposure: 1.0,
+        open_mesh_thickness_m: 0.1,
+        motions: Vec::new(),
+        content_sha256: String::new(),
+        repairs: Vec::new(),
+    }
+}
+
+/// A view from a place towards another.
+pub fn look(from: DVec3, to: DVec3) -> View {
+    let back = (from - to).normalize();
+    let right = DVec3::Y.cross(back).normalize();
+    let world_from_view = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
+    View {
+        name: "main".to_owned(),
+        position: from,
+        world_from_view,
+        vertical_fov_rad: 0.9,
+        ipd_m: 0.064,
+        cant_rad: 0.0,
+        near_m: 0.05,
+    }
+}
+
+/// Renders with validation; any message or value that is no number fails.
+pub fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
+    let camera = scene.views[0].stereo_camera(settings.aspect());
+    render_from(gpu, scene, method, settings, &camera)
+}
+
+pub fn render_from(
+    gpu: &Rc<Gpu>,
+    scene: &Arc<Scene>,
+    method: &str,
+    settings: &Settings,
+    camera: &StereoCamera,
+) -> Rendered {
+    let method = Method::parse(method).expect("a method");
+    let mut renderer = Renderer::new(gpu, Arc::clone(scene)).expect("uploaded");
+    let request = Request { camera, method: &method, settings, frames: 1 };
+    renderer.render(&request, &mut |_, _| Ok(())).expect("rendered without a message")
+}
+
+/// Σ(x − y)²/Σ(y − ȳ)² over both eyes where `mask` holds.
+pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture, mask: impl Fn(usize, usize) -> bool) -> f64 {
+    let (mut pairs, mut sum) = (Vec::new(), 0.0);
+    for eye in 0..2 {
+        for i in 0..x.eyes[eye].len() {
+            if mask(eye, i) {
+                for c in 0..3 {
+                    let pair = (f64::from(x.eyes[eye][i][c]), f64::from(y.eyes[eye][i][c]));
+                    sum += pair.1;
+                    pairs.push(pair);
+                }
+            }
+        }
+    }
+    let mean = sum / pairs.len() as f64;
+    let squares = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(|p| f(p) * f(p)).sum::<f64>();
+    squares(&|p| p.0 - p.1) / squares(&|p| p.1 - mean)
 }
