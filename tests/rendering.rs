@@ -1,11 +1,11 @@
 //! Pictures whose answer is known: furnaces, mirrors, screen space against the reference, and what must not change.
 #![cfg(feature = "gpu")]
 
-mod common;
+mod pictures;
 
 use std::sync::Arc;
 
-use common::{
+use pictures::{
     constant_environment, glowing, gpu, look, material, plane, relative_squared_error, render, render_from, scene,
     settings, sphere,
 };

@@ -2,12 +2,12 @@
 //! the validation layer and without a value that is no number.
 #![cfg(feature = "gpu")]
 
-mod common;
+mod pictures;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use common::{gpu, render, settings};
+use pictures::{gpu, render, settings};
 use cyclopean::render::Settings;
 use cyclopean::scene;
 
