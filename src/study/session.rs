@@ -124,7 +124,13 @@ impl Session {
             return Err(SessionError::ReducedRate { measured, nominal: display.nominal_hz });
         }
         let definition = &study.definition;
-        let stored = find_all(study, store, &Plan::draw(definition, 0))?;
+        let any_plan = Plan::draw(definition, 0);
+        let stored = find_all(study, store, &any_plan)?;
+        if options.kind == Kind::Simulated {
+            // What would fail for lack of a latent quality fails before a row is reserved.
+            let inconsistency: Vec<Option<f64>> = stored.iter().map(|s| s.side_car.info.inconsistency).collect();
+            SimulatedObserver::new(definition, &any_plan, &[], participant, &inconsistency)?;
+        }
         let sessions = Sessions::new(options.disk.clone(), root, &definition.id);
         let (place, mut writer) = sessions.begin(participant, options.kind, options.durability)?;
         let plan = Plan::draw(definition, place.row);
