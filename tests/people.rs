@@ -109,7 +109,7 @@ fn who_leaves_takes_everything_along() {
     let lab = Lab::new(&rate(&["pica", "room"], 1));
     let ended = sit(&lab, false, once(|s| is_panel(s, 2), vec![(1, Input::Withdraw)]));
     assert_eq!(ended.outcome, Some(Outcome::Withdrawn));
-    assert_eq!(ended.deleted, [ended.journal.clone()]);
+    assert_eq!(ended.deleted, std::slice::from_ref(&ended.journal));
     assert!(!ended.journal.parent().unwrap().exists());
     let rows = std::fs::read_to_string(lab.sessions().join("rate/rows.json")).unwrap();
     assert!(!rows.contains("p01"), "{rows}");

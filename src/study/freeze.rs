@@ -12,7 +12,7 @@ use super::plan::Plan;
 use super::power;
 use super::schema;
 use super::session::program;
-use super::store::{Store, StoreError};
+use super::store::{Store, StoreError, file_sha256};
 use super::validate::Study;
 
 /// A study cannot be frozen, or differs from its frozen form.
@@ -80,7 +80,7 @@ pub fn freeze(study: &Study, store: &Store, folder: &Path) -> Result<String, Fre
         ("orders.json", pretty(&orders)),
         ("analysis.json", pretty(&d.analysis)),
         ("power.json", pretty(&power)),
-        ("program.json", pretty(&program())),
+        ("program.json", pretty(&frozen_program().map_err(io)?)),
     ];
     let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let part = folder.with_file_name(format!(".{name}.{}.part", std::process::id()));
@@ -130,12 +130,19 @@ pub fn verify(folder: &Path, study: &Study, store: &Store) -> Result<String, Fre
             return Err(differs(format!("stimulus {} in the store is another", is.request.label())));
         }
     }
-    let built = pretty(&program());
+    let built = frozen_program().map_err(|source| FreezeError::Io { path: folder.to_owned(), source })?;
+    let built = pretty(&built);
     if manifest.files.get("program.json") != Some(&super::sha256_hex(&built)) {
         let what = "it was frozen by another build of the program; use that build, or freeze again";
         return Err(differs(what.to_owned()));
     }
     Ok(super::sha256_hex(&text))
+}
+
+/// Version, commit, and the SHA-256 of the running program itself.
+fn frozen_program() -> io::Result<serde_json::Value> {
+    let executable_sha256 = file_sha256(&std::env::current_exe()?)?;
+    Ok(serde_json::json!({"program": program(), "executable_sha256": executable_sha256}))
 }
 
 fn stimuli(study: &Study, store: &Store) -> Result<Vec<FrozenStimulus>, StoreError> {

@@ -84,14 +84,13 @@ pub fn estimate(definition: &Definition, studies: u32) -> Result<Power, Observer
 }
 
 /// (factor, level) → sum and number of a participant's ratings; ("", "") is all of them.
-fn answer(
-    definition: &Definition,
-    plan: &Plan,
-    person: &str,
-) -> Result<BTreeMap<(String, String), (f64, f64)>, ObserverError> {
+type Sums = BTreeMap<(String, String), (f64, f64)>;
+
+/// What one person answers to a whole plan.
+fn answer(definition: &Definition, plan: &Plan, person: &str) -> Result<Sums, ObserverError> {
     let question = definition.journal_question();
     let observer = SimulatedObserver::new(definition, plan, &[], person, &vec![None; plan.stimuli.len()])?;
-    let mut sums: BTreeMap<(String, String), (f64, f64)> = BTreeMap::new();
+    let mut sums = Sums::new();
     for planned in plan.presentations.iter().filter(|p| p.purpose == Purpose::Trial) {
         let choice = observer.choice(planned.presentation);
         let Some(rating) = question.rating(choice, planned.a_is) else { continue };
