@@ -2,8 +2,19 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+#[cfg(feature = "gpu")]
+mod demo;
+#[cfg(feature = "gpu")]
+mod device;
+#[cfg(feature = "gpu")]
+mod doctor;
 pub mod prepare;
+#[cfg(feature = "gpu")]
+mod render;
 pub mod run;
+mod scene;
+#[cfg(feature = "gpu")]
+mod stimulus;
 pub mod study;
 
 use std::process::ExitCode;
@@ -30,6 +41,13 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Scene(scene::Args),
+    #[cfg(feature = "gpu")]
+    Render(render::Args),
+    #[cfg(feature = "gpu")]
+    Doctor(doctor::Args),
+    #[cfg(feature = "gpu")]
+    Demo(demo::Args),
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
@@ -38,6 +56,13 @@ enum Command {
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
     let console = Console::new(cli.json);
     match cli.command {
+        Command::Scene(args) => scene::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Render(args) => render::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Doctor(args) => doctor::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Demo(args) => demo::run(args, &console),
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),

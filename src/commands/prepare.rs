@@ -6,7 +6,9 @@ use super::WrongUsage;
 use super::study::find_study;
 use crate::console::{self, Console};
 use crate::study::prepare::{self, Found, Shard};
-use crate::study::stimulus::{Catalogue, StimulusRenderer};
+#[cfg(not(feature = "gpu"))]
+use crate::study::stimulus::Catalogue;
+use crate::study::stimulus::StimulusRenderer;
 use crate::study::store::Store;
 use crate::study::validate::{self, StudyError};
 
@@ -27,14 +29,29 @@ pub struct Args {
 }
 
 /// Scenes and methods of this build.
+#[cfg(feature = "gpu")]
+pub use super::stimulus::catalogue;
+
+/// Scenes of this build, which has no methods: nothing is rendered without the feature `gpu`.
+#[cfg(not(feature = "gpu"))]
 pub fn catalogue() -> Catalogue {
-    Catalogue::of(&["pica", "room", "wine", "pink", "temple"], &["sssr", "path-traced"])
+    Catalogue::of(&crate::scene::builtin::NAMES, &["sssr", "path-traced"])
+}
+
+/// The renderer of this build.
+///
+/// # Errors
+/// No device.
+#[cfg(feature = "gpu")]
+fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
+    Ok(Box::new(super::stimulus::GpuStimuli::new(None)?))
 }
 
 /// The renderer of this build.
 ///
 /// # Errors
 /// This build has none.
+#[cfg(not(feature = "gpu"))]
 fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
     anyhow::bail!("this build cannot render: it was made without its GPU parts; build with the feature `gpu`")
 }
