@@ -12,7 +12,7 @@ use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use serde::{Deserialize, Serialize};
 
 use super::disk::Disk;
-use super::writer::{Durability, JournalWriter, WriterError};
+use super::writer::{self, Durability, JournalWriter, WriterError};
 
 /// What is known of a row. After a withdrawal the id is gone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -310,10 +310,7 @@ impl Sessions {
         }
         files.sort();
         for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "jsonl")) {
-            let in_use = File::open(path).map_err(self.io())?.try_lock().is_err();
-            if in_use {
-                return Err(WriterError::Locked { path: path.clone() }.into());
-            }
+            writer::lock(&File::open(path).map_err(self.io())?, path)?;
         }
         let mut stones = Vec::new();
         for row in rows.rows.iter_mut().filter(|r| r.participant.as_deref() == Some(participant)) {
