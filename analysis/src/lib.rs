@@ -10,6 +10,7 @@ pub mod contrast;
 pub mod data;
 pub mod equivalence;
 pub mod error;
+pub mod export;
 pub mod files;
 pub mod friedman;
 pub mod inspect;

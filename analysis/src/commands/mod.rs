@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod coverage;
+pub mod export;
 pub mod friedman;
 pub mod input;
 pub mod power;
@@ -45,6 +46,8 @@ enum Command {
     Coverage(coverage::Coverage),
     /// The whole analysis as one page, Markdown, LaTeX, CSV or JSON
     Report(report::Report),
+    /// Tidy CSV, data dictionary, Psych-DS folder and R script from journals
+    Export(export::Export),
     /// Read without analysing: check sums, order, gaps, doubles, kinds, timing
     Check(check::Check),
     /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
@@ -63,6 +66,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         Command::Power(c) => c.run(),
         Command::Coverage(c) => c.run(),
         Command::Report(c) => c.run(),
+        Command::Export(c) => c.run(),
         Command::Check(c) => c.run(),
     }?;
     Ok(ExitCode::SUCCESS)

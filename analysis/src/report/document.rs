@@ -241,11 +241,7 @@ fn results(input: &ReportInput, s: &StudyReport, r: &Results, which: &str, out: 
         words.join(" · ")
     };
     let names: Vec<String> = rows.iter().map(|row| name(row)).collect();
-    let words: Vec<String> = if s.study.scale.is_empty() {
-        rows.first().map(|r| r.counts.keys().map(ToString::to_string).collect()).unwrap_or_default()
-    } else {
-        s.study.scale.iter().map(|(v, w)| if s.study.forced_choice { w.clone() } else { v.to_string() }).collect()
-    };
+    let words = scale_words(s, &rows);
     out.push(Block::Plot {
         caption: stamp(input, "Distribution of the votes, with the MOS and its interval at the right."),
         svg: svg::distributions(&rows, &names, &words, "distribution of votes", stamp_word),
@@ -263,6 +259,32 @@ fn results(input: &ReportInput, s: &StudyReport, r: &Results, which: &str, out: 
     if !r.notes.is_empty() {
         out.push(Block::Notes(r.notes.clone()));
     }
+}
+
+/// The scale's steps in words: numbers for ratings, the two methods' names for a forced choice between them.
+fn scale_words(s: &StudyReport, rows: &[&Row]) -> Vec<String> {
+    if s.study.scale.is_empty() {
+        return rows.first().map(|r| r.counts.keys().map(ToString::to_string).collect()).unwrap_or_default();
+    }
+    if !s.study.forced_choice {
+        return s.study.scale.iter().map(|(v, _)| v.to_string()).collect();
+    }
+    let conditions = s.all.preference.iter().flat_map(|p| &p.conditions);
+    let side = |factor: &str| {
+        let mut names: Vec<&str> =
+            conditions.clone().flat_map(|c| &c.factors).filter(|f| f.0 == factor).map(|f| f.1.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        match names[..] {
+            [one] => one.to_owned(),
+            _ => factor.to_owned(),
+        }
+    };
+    let named = |w: &str| match w.split_once(' ') {
+        Some((factor @ ("method" | "other"), rest)) => format!("{} {rest}", side(factor)),
+        _ => w.to_owned(),
+    };
+    s.study.scale.iter().map(|(_, w)| named(w)).collect()
 }
 
 fn mos_table(input: &ReportInput, table: &Table) -> Block {

@@ -224,7 +224,7 @@ pub fn differences(
     stamp: Option<&str>,
 ) -> String {
     let widest = lines.iter().map(|l| width_of(&l.0)).fold(0.0, f64::max).min(300.0);
-    let (left, right, top, row) = (widest + 16.0, 120.0, 40.0, 30.0);
+    let (left, right, top, row) = (widest + 16.0, 148.0, 40.0, 30.0);
     let (width, height) = (720.0, top + lines.len() as f64 * row + 26.0);
     let ends = lines
         .iter()
@@ -266,6 +266,22 @@ pub fn differences(
     c.finish(label)
 }
 
+/// Round numbers between `low` and `high`, four to nine of them.
+fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let raw = (high - low) / 5.0;
+    let power = 10f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|s| s * power).find(|s| *s >= raw).unwrap_or(raw);
+    let first = (low / step).ceil() as i64;
+    let last = (high / step).floor() as i64;
+    (first..=last).map(|i| i as f64 * step).collect()
+}
+
+/// Without the noise of binary fractions: 0.3, not 0.30000000000000004.
+fn plain(v: f64) -> String {
+    let text = format!("{:.6}", v + 0.0);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 /// Colour of a step: five classes from the low end to the high end, whatever the number of steps.
 fn step_class(step: usize, steps: usize) -> String {
     let at = if steps < 2 { 2.0 } else { step as f64 * 4.0 / (steps as f64 - 1.0) };
@@ -286,12 +302,12 @@ pub fn scatter(points: &[(String, String, f64, f64)], label: &str, stamp: Option
     let x = |v: f64| left + (v - x0) / (x1 - x0) * (width - left - right);
     let y = |v: f64| top + (y1 - v) / (y1 - y0) * (height - top - bottom);
     let mut c = Canvas::new(width, height);
-    for i in 0..=4 {
-        let t = f64::from(i) / 4.0;
-        let (vx, vy) = (x0 + t * (x1 - x0), y0 + t * (y1 - y0));
-        c.line("grid", left, y(vy), width - right, y(vy));
-        c.text("tick end", left - 8.0, y(vy) + 4.5, &format!("{vy:.1}"));
-        c.text("tick middle", x(vx), height - bottom + 18.0, &format!("{vx:.3}"));
+    for v in ticks(y0, y1) {
+        c.line("grid", left, y(v), width - right, y(v));
+        c.text("tick end", left - 8.0, y(v) + 4.5, &plain(v));
+    }
+    for v in ticks(x0, x1) {
+        c.text("tick middle", x(v), height - bottom + 18.0, &plain(v));
     }
     c.text("label middle", (left + width - right) / 2.0, height - 8.0, "measured systematic inconsistency");
     for (scene, method, vx, vy) in points {
