@@ -325,7 +325,7 @@ fn sides(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
     let parts = furniture::pendant(b, shade, bulb, 0.7, 0.2);
     let pendant = b.mesh("pendant", parts);
     for x in [-0.7f32, 0.7] {
-        b.place("pendant", pendant, Pose::at(x, 2.9, -1.0));
+        b.place("pendant", pendant, Pose::at(x, 2.9, -2.4));
     }
     let rail = tube(&[Vec3::new(-1.4, 2.05, -3.2), Vec3::new(1.4, 2.05, -3.2)], 0.02, b.segments(20, 8));
     b.add("rail", copper, rail);
