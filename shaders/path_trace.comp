@@ -13,8 +13,8 @@ layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
-layout(binding = 5, std430) readonly buffer Nodes { NodeData nodes[]; };
-layout(binding = 6, std430) readonly buffer Triangles { TriangleData triangles[]; };
+layout(binding = 5) uniform usampler2D node_rows;
+layout(binding = 6) uniform usampler2D triangle_rows;
 layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };
 layout(binding = 9, std430) readonly buffer Textures { TextureData textures[]; };
@@ -42,19 +42,25 @@ layout(push_constant) uniform Constants { uint first_sample; uint sample_count; 
 #include "common/shade.glsl"
 #include "common/hit_surface.glsl"
 
-vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u) {
+struct Tally {
+    uint below_horizon;
+    uint sky;
+    uint hits;
+};
+
+vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     ReflectionRay ray = reflection_ray(s, v, u);
     if (!ray.above) {
-        atomicAdd(counters.below_horizon, 1u);
+        ++tally.below_horizon;
         return vec3(0.0);
     }
     vec3 weight = reflection_weight(s, v, ray.direction, ray.pdf);
     Intersection hit = intersect(origin, ray.direction);
     if (hit.triangle == NO_TRIANGLE) {
-        atomicAdd(counters.sky, 1u);
+        ++tally.sky;
         return weight * environment_radiance(ray.direction);
     }
-    atomicAdd(counters.hits, 1u);
+    ++tally.hits;
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
     // Stored radiance is what screen space could have seen: no more than fp16 holds.
@@ -78,15 +84,19 @@ void main() {
         compensation = imageLoad(compensation_image, texel).rgb;
         squares = imageLoad(square_image, texel).rgb;
     }
+    Tally tally = Tally(0u, 0u, 0u);
     for (uint i = first_sample; i < first_sample + sample_count; ++i) {
         vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
-        vec3 x = reflected(s, v, origin, u);
+        vec3 x = reflected(s, v, origin, u, tally);
         precise vec3 y = x - compensation;
         precise vec3 t = sum + y;
         compensation = (t - sum) - y;
         sum = t;
         squares += x * x;
     }
+    atomicAdd(counters.below_horizon, tally.below_horizon);
+    atomicAdd(counters.sky, tally.sky);
+    atomicAdd(counters.hits, tally.hits);
     atomicAdd(counters.rays, sample_count);
     float n = float(first_sample + sample_count);
     imageStore(sum_image, texel, vec4(sum, n));

@@ -33,7 +33,31 @@ float edge_fade(vec2 uv) {
     return frame.edge_fade > 0.0 ? f.x * f.y : 1.0;
 }
 
+// Counted in the group first: a device-wide atomic a ray would cost more than its march.
+shared uint tally[10];
+
+void trace_listed();
+
 void main() {
+    uint i = gl_LocalInvocationIndex;
+    if (i < 10u) tally[i] = 0u;
+    barrier();
+    trace_listed();
+    barrier();
+    if (i == 0u) {
+        atomicAdd(counters.rays, tally[0]);
+        atomicAdd(counters.hits, tally[1]);
+        atomicAdd(counters.sky, tally[2]);
+        atomicAdd(counters.left_view, tally[3]);
+        atomicAdd(counters.behind, tally[4]);
+        atomicAdd(counters.back_facing, tally[5]);
+        atomicAdd(counters.budget, tally[6]);
+        atomicAdd(counters.below_horizon, tally[7]);
+        atomicAdd(counters.steps, tally[8]);
+    }
+}
+
+void trace_listed() {
     ivec3 texel;
     if (!listed_pixel(texel)) return;
     uint eye = uint(texel.z);
@@ -46,7 +70,7 @@ void main() {
     vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
     ReflectionRay ray = reflection_ray(s, v, u);
     if (!ray.above) {
-        atomicAdd(counters.below_horizon, 1u);
+        atomicAdd(tally[7], 1u);
         imageStore(hit_image, texel, pack_hit(hit));
         return;
     }
@@ -70,22 +94,22 @@ void main() {
         if (dot(n, ray.direction) < 0.0) {
             hit.status = HIT;
             hit.confidence = edge_fade(hit.uv);
-            atomicAdd(counters.hits, 1u);
+            atomicAdd(tally[1], 1u);
         } else {
-            atomicAdd(counters.back_facing, 1u);
+            atomicAdd(tally[5], 1u);
         }
     } else if (m.result == MARCH_BUDGET) {
-        atomicAdd(counters.budget, 1u);
+        atomicAdd(tally[6], 1u);
     } else if (segment.end != END_FAR) {
-        atomicAdd(counters.left_view, 1u);
+        atomicAdd(tally[3], 1u);
     } else if (m.behind) {
-        atomicAdd(counters.behind, 1u);
+        atomicAdd(tally[4], 1u);
     } else {
         hit.status = SKY;
         hit.confidence = 1.0;
-        atomicAdd(counters.sky, 1u);
+        atomicAdd(tally[2], 1u);
     }
-    atomicAdd(counters.rays, 1u);
-    atomicAdd(counters.steps, m.steps);
+    atomicAdd(tally[0], 1u);
+    atomicAdd(tally[8], m.steps);
     imageStore(hit_image, texel, pack_hit(hit));
 }

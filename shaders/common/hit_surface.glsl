@@ -39,16 +39,20 @@ vec4 sample_texture(int index, vec2 uv) {
     return mix(mix(texel(t, x, y), texel(t, x + 1, y), f.x), mix(texel(t, x, y + 1), texel(t, x + 1, y + 1), f.x), f.y);
 }
 
+vec4 hit_texture(uint material, uint slot, vec4 uv) {
+    return sample_texture(materials[material].slots[slot].texture_index, slot_uv(material, slot, uv));
+}
+
 struct Corners {
     uint a, b, c;   // first words of the three vertices
     vec3 weights;
 };
 
 Corners corners(uint triangle, vec2 uv) {
-    uint first = triangles[triangle].first_index;
+    uint first = floatBitsToUint(row(triangle_rows, 3u * triangle + 1u).w);
     if ((first & EXCHANGED) != 0u) uv = uv.yx;
     first &= ~EXCHANGED;
-    uint base = instances[triangles[triangle].instance].first_vertex;
+    uint base = instances[floatBitsToUint(row(triangle_rows, 3u * triangle).w)].first_vertex;
     Corners k;
     k.a = (base + indices[first]) * VERTEX_WORDS;
     k.b = (base + indices[first + 1u]) * VERTEX_WORDS;
@@ -68,45 +72,40 @@ vec4 hit_color(Corners k) {
                   unpackUnorm4x8(floatBitsToUint(vertices[k.c + 14u]))) * k.weights;
 }
 
-// What the rasteriser would draw: front faces unless double-sided, and not what is cut out.
-bool accept(uint triangle, vec2 uv, bool front) {
-    uint index = instances[triangles[triangle].instance].material;
-    if (!front && materials[index].double_sided == 0u) return false;
-    float cutoff = materials[index].alpha_cutoff;
-    if (HAS_MASK == 0u || cutoff < 0.0) return true;
+bool uncut(uint triangle, vec2 uv) {
+    uint m = instances[floatBitsToUint(row(triangle_rows, 3u * triangle).w)].material;
     Corners k = corners(triangle, uv);
-    float alpha = materials[index].base_color.a * hit_color(k).a;
-    TextureSlot slot = materials[index].slots[0];
-    if (slot.texture_index >= 0) alpha *= sample_texture(slot.texture_index, slot_uv(slot, hit_uv(k))).a;
-    return alpha >= cutoff;
+    float alpha = materials[m].base_color.a * hit_color(k).a;
+    if (has_texture(m, 0u)) alpha *= hit_texture(m, 0u, hit_uv(k)).a;
+    return alpha >= materials[m].alpha_cutoff;
 }
 
 // `v` points back along the ray.
 Surface hit_surface(Intersection hit, vec3 v, out vec3 emission) {
-    TriangleData t = triangles[hit.triangle];
-    MaterialData m = materials[instances[t.instance].material];
+    uint instance = floatBitsToUint(row(triangle_rows, 3u * hit.triangle).w);
+    uint m = instances[instance].material;
     Corners k = corners(hit.triangle, hit.uv);
     vec4 uv = hit_uv(k);
     Textured x = Textured(hit_color(k), vec2(1.0), vec3(0.0, 0.0, 1.0), vec3(1.0));
-    if (m.slots[0].texture_index >= 0) x.base_color *= sample_texture(m.slots[0].texture_index, slot_uv(m.slots[0], uv));
-    if (m.slots[1].texture_index >= 0) {
-        x.roughness_metallic = sample_texture(m.slots[1].texture_index, slot_uv(m.slots[1], uv)).gb;
-    }
-    if (m.slots[2].texture_index >= 0) {
-        x.normal = sample_texture(m.slots[2].texture_index, slot_uv(m.slots[2], uv)).xyz * 2.0 - 1.0;
-    }
-    if (m.slots[3].texture_index >= 0) x.emissive = sample_texture(m.slots[3].texture_index, slot_uv(m.slots[3], uv)).rgb;
-    emission = min(m.emissive * x.emissive, vec3(65504.0));
+    if (has_texture(m, 0u)) x.base_color *= hit_texture(m, 0u, uv);
+    if (has_texture(m, 1u)) x.roughness_metallic = hit_texture(m, 1u, uv).gb;
+    if (has_texture(m, 2u)) x.normal = hit_texture(m, 2u, uv).xyz * 2.0 - 1.0;
+    if (has_texture(m, 3u)) x.emissive = hit_texture(m, 3u, uv).rgb;
+    emission = min(materials[m].emissive * x.emissive, vec3(65504.0));
     vec3 n = vec3(interpolate(k, 3u), interpolate(k, 4u), interpolate(k, 5u));
-    vec3 tangent = vec3(interpolate(k, 6u), interpolate(k, 7u), interpolate(k, 8u));
-    InstanceData i = instances[t.instance];
-    vec3 normal = vec3(dot(i.normal_matrix[0].xyz, n), dot(i.normal_matrix[1].xyz, n), dot(i.normal_matrix[2].xyz, n));
-    vec4 world_tangent = vec4(dot(i.render_from_object[0].xyz, tangent), dot(i.render_from_object[1].xyz, tangent),
-                              dot(i.render_from_object[2].xyz, tangent), vertices[k.a + 9u]);
-    vec3 face = normalize_or(cross(t.edge1, t.edge2), v);
+    vec3 normal = vec3(dot(instances[instance].normal_matrix[0].xyz, n), dot(instances[instance].normal_matrix[1].xyz, n),
+                       dot(instances[instance].normal_matrix[2].xyz, n));
+    vec4 tangent = vec4(0.0);
+    if (has_texture(m, 2u)) {
+        vec3 t = vec3(interpolate(k, 6u), interpolate(k, 7u), interpolate(k, 8u));
+        tangent = vec4(dot(instances[instance].render_from_object[0].xyz, t),
+                       dot(instances[instance].render_from_object[1].xyz, t),
+                       dot(instances[instance].render_from_object[2].xyz, t), vertices[k.a + 9u]);
+    }
+    vec3 face = normalize_or(cross(row(triangle_rows, 3u * hit.triangle + 1u).xyz, row(triangle_rows, 3u * hit.triangle + 2u).xyz), v);
     if (dot(face, v) < 0.0) face = -face;
     // Through the G-buffer's precision, so that the reference sees the surface that screen space sees.
-    return unpack_surface(pack_surface(make_surface(m, x, normal, world_tangent, face, v)));
+    return unpack_surface(pack_surface(make_surface(m, x, normal, tangent, face, v)));
 }
 
 #endif

@@ -3,12 +3,19 @@
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
 #[cfg(feature = "gpu")]
+mod demo;
+#[cfg(feature = "gpu")]
 mod device;
 #[cfg(feature = "gpu")]
 mod doctor;
+pub mod prepare;
 #[cfg(feature = "gpu")]
 mod render;
+pub mod run;
 mod scene;
+#[cfg(feature = "gpu")]
+mod stimulus;
+pub mod study;
 
 use std::process::ExitCode;
 
@@ -39,6 +46,11 @@ enum Command {
     Render(render::Args),
     #[cfg(feature = "gpu")]
     Doctor(doctor::Args),
+    #[cfg(feature = "gpu")]
+    Demo(demo::Args),
+    Prepare(prepare::Args),
+    Run(run::Args),
+    Study(study::Args),
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
@@ -49,6 +61,11 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Render(args) => render::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Doctor(args) => doctor::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Demo(args) => demo::run(args, &console),
+        Command::Prepare(args) => prepare::run(args, &console),
+        Command::Run(args) => run::run(args, &console),
+        Command::Study(args) => study::run(args, &console),
     }
 }
 

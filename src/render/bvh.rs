@@ -3,16 +3,17 @@
 use std::rc::Rc;
 use std::time::Duration;
 
+use ash::vk;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::Bvh2};
 
-use crate::gpu::{Buffer, Gpu, GpuError};
-use crate::scene::{Scene, Texture, Wrap};
+use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc};
+use crate::scene::{Alpha, Scene, Texture, Wrap};
 
 use super::mips::mip_chain;
-use super::shared::{NodeData, TextureData, TriangleData};
+use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::Range;
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
@@ -21,8 +22,8 @@ const EXCHANGED: u32 = 1 << 31;
 /// Geometry for rays, relative to `head`.
 pub struct RayScene {
     pub head: DVec3,
-    pub nodes: Buffer,
-    pub triangles: Buffer,
+    pub nodes: Image,
+    pub triangles: Image,
     pub textures: Buffer,
     pub texels: Buffer,
     /// How many times textures were halved to fit one storage buffer; 0 as a rule.
@@ -44,8 +45,8 @@ impl RayScene {
         let (textures, texels, halvings) = pack_textures(&scene.textures, gpu.max_storage_bytes());
         Ok(RayScene {
             head,
-            nodes: Buffer::with_content(gpu, "BVH nodes", &nodes)?,
-            triangles: Buffer::with_content(gpu, "BVH triangles", &triangles)?,
+            nodes: upload_rows(gpu, "BVH nodes", &nodes)?,
+            triangles: upload_rows(gpu, "BVH triangles", &triangles)?,
             textures: Buffer::with_content(gpu, "textures for hits", &textures)?,
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
             halvings,
@@ -53,11 +54,26 @@ impl RayScene {
     }
 }
 
+/// Sixteen bytes a texel, this many texels a row (twin: `row` in bvh.glsl).
+const ROW_WIDTH: usize = 4096;
+
+/// Structures as texels: a fetch is cheaper than a gather from a buffer on software devices, and no dearer elsewhere.
+fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Image, GpuError> {
+    let mut bytes = bytemuck::cast_slice::<T, u8>(content).to_vec();
+    let rows = bytes.len().div_ceil(16 * ROW_WIDTH).max(1);
+    bytes.resize(rows * 16 * ROW_WIDTH, 0);
+    let desc = ImageDesc::texture(ROW_WIDTH as u32, rows as u32, 1, vk::Format::R32G32B32A32_UINT);
+    Image::with_content(gpu, what, desc, &[bytes])
+}
+
 fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
     let mut out = Vec::with_capacity(scene.triangle_count());
     for (number, instance) in scene.instances.iter().enumerate() {
         let p = &scene.primitives[instance.primitive];
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+        let material = &scene.materials[p.material];
+        let flags = if material.double_sided { DOUBLE_SIDED } else { 0 }
+            | if matches!(material.alpha, Alpha::Mask { .. }) { MASKED } else { 0 };
         let at = |i: u32| -> Vec3 {
             let world = instance.world_from_object.transform_point3(p.positions[i as usize].as_dvec3());
             (world - head).as_vec3()
@@ -75,7 +91,7 @@ fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<Triangle
                 edge1: (v1 - v0).to_array(),
                 first_index,
                 edge2: (v2 - v0).to_array(),
-                reserved: 0,
+                flags,
             });
         }
     }
@@ -84,10 +100,6 @@ fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<Triangle
 
 /// Nodes, and the order in which they refer to triangles.
 fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
-    if triangles.is_empty() {
-        // One leaf with the degenerate triangle below, which no ray hits.
-        return (vec![NodeData { lower: [0.0; 3], count: 1, upper: [0.0; 3], first: 0 }], Vec::new());
-    }
     let shapes: Vec<Triangle> = triangles
         .iter()
         .map(|t| {
@@ -95,18 +107,52 @@ fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
             Triangle { v0, v1: v0 + e1, v2: v0 + e2 }
         })
         .collect();
-    let bvh: Bvh2 = build_bvh2_from_tris(&shapes, BvhBuildParams::medium_build(), &mut Duration::default());
-    let nodes = bvh
-        .nodes
-        .iter()
-        .map(|n| NodeData {
-            lower: [n.aabb.min.x, n.aabb.min.y, n.aabb.min.z],
-            count: n.prim_count,
-            upper: [n.aabb.max.x, n.aabb.max.y, n.aabb.max.z],
-            first: n.first_index,
-        })
-        .collect();
-    (nodes, bvh.primitive_indices)
+    let params = BvhBuildParams { max_prims_per_leaf: 8, ..BvhBuildParams::medium_build() };
+    let bvh = match shapes.is_empty() {
+        true => Bvh2::default(),
+        false => build_bvh2_from_tris(&shapes, params, &mut Duration::default()),
+    };
+    (pair_children(&bvh), bvh.primitive_indices)
+}
+
+/// From one bounds a node to the bounds of both children in their parent; the root is node 0.
+fn pair_children(bvh: &Bvh2) -> Vec<NodeData> {
+    let inner: Vec<usize> = (0..bvh.nodes.len()).filter(|&i| bvh.nodes[i].prim_count == 0).collect();
+    let mut number = vec![0u32; bvh.nodes.len()];
+    for (k, &i) in inner.iter().enumerate() {
+        number[i] = k as u32;
+    }
+    let child = |i: usize| {
+        let n = &bvh.nodes[i];
+        let reference = match n.prim_count {
+            0 => number[i],
+            count => LEAF | (count - 1) << COUNT_SHIFT | n.first_index,
+        };
+        ([n.aabb.min.x, n.aabb.min.y, n.aabb.min.z], [n.aabb.max.x, n.aabb.max.y, n.aabb.max.z], reference)
+    };
+    let pair = |(lower0, upper0, child0), (lower1, upper1, child1)| NodeData {
+        lower0,
+        child0,
+        upper0,
+        reserved0: 0,
+        lower1,
+        child1,
+        upper1,
+        reserved1: 0,
+    };
+    // Entered by no ray: its lower corner lies beyond its upper one.
+    let nothing = ([f32::MAX; 3], [f32::MIN; 3], LEAF);
+    match (inner.is_empty(), bvh.nodes.is_empty()) {
+        (false, _) => inner
+            .iter()
+            .map(|&i| {
+                let first = bvh.nodes[i].first_index as usize;
+                pair(child(first), child(first + 1))
+            })
+            .collect(),
+        (true, false) => vec![pair(child(0), nothing)],
+        (true, true) => vec![pair(nothing, nothing)],
+    }
 }
 
 /// All textures in one buffer of words; halved together until they fit `limit` bytes.

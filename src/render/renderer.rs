@@ -126,7 +126,11 @@ impl Renderer {
         let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
         let passes = self.passes(&needs, settings, samples)?;
         if needs.path_trace && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
-            self.rays = Some(RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?);
+            let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
+            if rays.halvings > 0 {
+                tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
+            }
+            self.rays = Some(rays);
         }
         let (mut times, mut frame_ms) = (Vec::new(), Vec::new());
         let warm_up = u32::from(frames > 1);

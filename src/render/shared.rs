@@ -143,16 +143,29 @@ pub struct Vertex {
     pub color: u32,
 }
 
-/// A node of the BVH.
+/// An inner node of the BVH with the bounds of both children, so that a visit is one fetch.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct NodeData {
-    pub lower: [f32; 3],
-    /// 0: an inner node, whose children are `first` and `first + 1`.
-    pub count: u32,
-    pub upper: [f32; 3],
-    pub first: u32,
+    pub lower0: [f32; 3],
+    /// Inner: index of the node. Leaf: [`LEAF`] | first triangle | (count − 1) << [`COUNT_SHIFT`].
+    pub child0: u32,
+    pub upper0: [f32; 3],
+    pub reserved0: u32,
+    pub lower1: [f32; 3],
+    pub child1: u32,
+    pub upper1: [f32; 3],
+    pub reserved1: u32,
 }
+
+/// Marks a child that is a leaf.
+pub const LEAF: u32 = 1 << 31;
+/// Where a leaf keeps its count.
+pub const COUNT_SHIFT: u32 = 28;
+/// [`TriangleData::flags`]: seen from both sides.
+pub const DOUBLE_SIDED: u32 = 1;
+/// [`TriangleData::flags`]: cut out by its texture.
+pub const MASKED: u32 = 2;
 
 /// A triangle of the BVH, in render space.
 #[repr(C)]
@@ -164,7 +177,8 @@ pub struct TriangleData {
     /// Of the triangle's three indices; the highest bit: second and third corner exchanged.
     pub first_index: u32,
     pub edge2: [f32; 3],
-    pub reserved: u32,
+    /// [`DOUBLE_SIDED`], [`MASKED`].
+    pub flags: u32,
 }
 
 /// What a frame counted on the device.
@@ -203,6 +217,6 @@ const _: () = {
     assert!(size_of::<MaterialData>() == 256);
     assert!(size_of::<InstanceData>() == 112);
     assert!(size_of::<Vertex>() == 60);
-    assert!(size_of::<NodeData>() == 32);
+    assert!(size_of::<NodeData>() == 64);
     assert!(size_of::<TriangleData>() == 48);
 };

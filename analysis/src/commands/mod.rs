@@ -1,0 +1,69 @@
+//! The subcommands of `mos`, one a file, and what they share.
+
+pub mod check;
+pub mod coverage;
+pub mod friedman;
+pub mod input;
+pub mod power;
+pub mod preference;
+pub mod report;
+pub mod screen;
+pub mod table;
+pub mod test;
+pub mod wilcoxon;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Honest statistics for rating studies: mean opinion scores, paired tests, screening, planning.
+///
+/// Reads session journals (files, folders, patterns) or tidy CSV with the columns participant and rating.
+#[derive(Parser)]
+#[command(name = "mos", version, propagate_version = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Mean opinion scores with intervals, by condition
+    Table(table::Table),
+    /// Paired signed-rank tests of participants' sums, with effect sizes and corrections
+    Test(test::Test),
+    /// Forced choices: exact binomial tests, participant-level test, Davidson's model
+    Preference(preference::Preference),
+    /// Friedman's test of several conditions, then all pairs
+    Friedman(friedman::Friedman),
+    /// Observers: BT.500, P.910, agreement; shown, never applied
+    Screen(screen::Screen),
+    /// Power and size of a planned study, by simulation
+    Power(power::Power),
+    /// Coverage of every kind of interval, by simulation
+    Coverage(coverage::Coverage),
+    /// The whole analysis as one page, Markdown, LaTeX, CSV or JSON
+    Report(report::Report),
+    /// Read without analysing: check sums, order, gaps, doubles, kinds, timing
+    Check(check::Check),
+    /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
+    Wilcoxon(wilcoxon::Wilcoxon),
+}
+
+/// Runs the command.
+pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    match arguments.command {
+        Command::Table(c) => c.run(),
+        Command::Test(c) => c.run(),
+        Command::Wilcoxon(c) => c.run(),
+        Command::Preference(c) => c.run(),
+        Command::Friedman(c) => c.run(),
+        Command::Screen(c) => c.run(),
+        Command::Power(c) => c.run(),
+        Command::Coverage(c) => c.run(),
+        Command::Report(c) => c.run(),
+        Command::Check(c) => c.run(),
+    }?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,63 @@
+//! `mos wilcoxon`.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use cyclopean_analysis::Error;
+use cyclopean_analysis::numbers::differences;
+use cyclopean_analysis::report::text;
+use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, Zeros, signed_rank};
+
+use super::input::{self, print, print_json};
+
+/// `mos wilcoxon [FILE|-]`
+#[derive(Args)]
+pub struct Wilcoxon {
+    /// Numbers: one column = differences, two = x and y; a header line is allowed; - reads standard input
+    #[arg(default_value = "-")]
+    file: PathBuf,
+    /// Zero differences
+    #[arg(long, value_enum, default_value = "wilcox")]
+    zeros: Zeros,
+    /// Continuity correction of the asymptotic z
+    #[arg(long)]
+    correction: bool,
+    /// Alternative hypothesis
+    #[arg(long, value_enum, default_value = "two-sided")]
+    alternative: Alternative,
+    /// When to compute the exact null
+    #[arg(long, value_enum, default_value = "auto")]
+    exact: Exact,
+    /// Level of the intervals of effect sizes
+    #[arg(long, default_value = "0.95", value_parser = input::level)]
+    level: f64,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl Wilcoxon {
+    /// Reads, tests, prints.
+    pub fn run(self) -> Result<()> {
+        let mut content = Vec::new();
+        let error = |source| Error::Read { path: self.file.clone(), source };
+        if self.file == Path::new("-") {
+            io::stdin().lock().read_to_end(&mut content).map_err(error)?;
+        } else {
+            File::open(&self.file).and_then(|mut f| f.read_to_end(&mut content)).map_err(error)?;
+        }
+        let d = differences(&content, &self.file)?;
+        let options = Options {
+            zeros: self.zeros,
+            correction: self.correction,
+            alternative: self.alternative,
+            exact: self.exact,
+            level: self.level,
+        };
+        let result = signed_rank(&d, &options)?;
+        if self.json { print_json(&serde_json::to_value(&result)?) } else { print(&text::signed_rank(&result)) }
+    }
+}

@@ -1,0 +1,593 @@
+//! What a journal can say: one variant a kind of event, in the order in which a session writes them.
+//!
+//! Within a format version fields may be added with a default; a reader ignores fields it does not know.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::plan::AnalysisPlan;
+
+/// Whose answers these are. On every line; kinds are never analysed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A participant of the study.
+    Real,
+    /// A person trying the study out.
+    Pilot,
+    /// A seeded observer made by code.
+    Simulated,
+}
+
+impl Kind {
+    /// The word on every line, table and plot.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Real => "real",
+            Kind::Pilot => "pilot",
+            Kind::Simulated => "simulated",
+        }
+    }
+}
+
+/// One event of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Record {
+    /// Line 1, always: what was run, by what, on what.
+    Header(Box<Header>),
+    /// One for each stimulus file set, before trial 1.
+    Stimulus(Stimulus),
+    /// One for each condition, before trial 1.
+    Condition(Condition),
+    /// How the order was made; the `planned` records that follow are its whole content.
+    Order(Order),
+    /// One for each presentation of the session, in order, before trial 1.
+    Planned(Planned),
+    /// Everything above is written and synced: the session may begin.
+    Ready(Ready),
+    /// A state was entered that is not a presentation (consent, instructions, break, …).
+    Phase(Phase),
+    /// An answer to a question about the person, or to a questionnaire's item.
+    Item(Item),
+    /// One forced choice of the stereo screening.
+    Screening(Screening),
+    /// Written and synced before the stimulus appears.
+    Begin(Begin),
+    /// The stimulus was shown: when, how exactly, and whether it counts.
+    Presentation(Presentation),
+    /// The participant chose, or changed the choice; not yet confirmed.
+    Change(Change),
+    /// The participant confirmed; synced before anything else appears.
+    Answer(Answer),
+    /// The stimulus was cut off (pause, kill): this attempt never gets an answer that counts.
+    Interrupted(Interrupted),
+    /// A presentation that will not be shown again and has no answer that counts.
+    Missing(Missing),
+    /// The session stands still.
+    Pause(Pause),
+    /// It goes on.
+    Continue(Continue),
+    /// The file was opened again after the program had ended.
+    Resume(Resume),
+    /// The operator passed over a state.
+    Skip(Skip),
+    /// The last line of a session that is over.
+    End(End),
+}
+
+/// What was run, by what, on what.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Format version of this file, 1 ..= [`super::FORMAT`].
+    pub format: u32,
+    /// The study as it was at the start.
+    pub study: Study,
+    /// A pseudonym, `[A-Za-z0-9][A-Za-z0-9_-]{0,31}`.
+    pub participant: String,
+    /// Unique within study and participant.
+    pub session: String,
+    /// The reserved row of the order, from 0.
+    pub row: u64,
+    /// What the participant is asked, and what each choice means.
+    pub question: Question,
+    /// The analysis fixed by the study file.
+    pub analysis: AnalysisPlan,
+    /// The program.
+    pub program: Program,
+    /// Where it was shown.
+    pub display: Display,
+    /// What drew it; none for a display without a graphics device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<Device>,
+    /// Operating system and architecture.
+    pub os: String,
+    /// What the participant consented to; none when nobody is asked (simulated).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub consent: Option<Consent>,
+    /// The folder of a frozen study this session was checked against: SHA-256 of its manifest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frozen_sha256: Option<String>,
+}
+
+/// The study as it was at the start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// The file's `id`.
+    pub id: String,
+    /// The file's `title`.
+    pub title: String,
+    /// Of the file's bytes, hex.
+    pub sha256: String,
+    /// The file, whole.
+    pub text: String,
+    /// Root of every random stream.
+    pub seed: u64,
+}
+
+/// What the participant is asked. A choice is an index from 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Question {
+    /// Choice i gives `options[i].value`.
+    Rate {
+        /// The scale, lowest first.
+        options: Vec<ScaleOption>,
+    },
+    /// Choice 0 = A, 1 = same, 2 = B; the planned presentation says which of the two was A.
+    Compare {
+        /// From the side chosen to the rating.
+        values: PreferenceValues,
+    },
+}
+
+impl Question {
+    /// How many choices there are.
+    pub fn choices(&self) -> u32 {
+        match self {
+            Question::Rate { options } => u32::try_from(options.len()).unwrap_or(u32::MAX),
+            Question::Compare { .. } => 3,
+        }
+    }
+
+    /// The rating of a choice, by the study's one-to-one mapping; `a_is` is the presentation's assignment.
+    ///
+    /// None when the choice does not exist, or a comparison has no assignment.
+    pub fn rating(&self, choice: u32, a_is: Option<Side>) -> Option<i32> {
+        match self {
+            Question::Rate { options } => options.get(choice as usize).map(|o| o.value),
+            Question::Compare { values } => match (choice, a_is?) {
+                (1, _) => Some(values.same),
+                (0, Side::Method) | (2, Side::Other) => Some(values.method),
+                (0, Side::Other) | (2, Side::Method) => Some(values.other),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// One step of a scale.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ScaleOption {
+    /// The rating.
+    pub value: i32,
+    /// The words on the panel.
+    pub label: String,
+}
+
+/// The rating for each side of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PreferenceValues {
+    /// The condition's `other` was preferred (the paper: 1).
+    pub other: i32,
+    /// No difference was perceived (the paper: 2).
+    pub same: i32,
+    /// The condition's `method` was preferred (the paper: 3).
+    pub method: i32,
+}
+
+/// One of the two methods of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The condition's `method`.
+    Method,
+    /// The condition's `other`.
+    Other,
+}
+
+impl Side {
+    /// The other of the two.
+    pub fn opposite(self) -> Side {
+        match self {
+            Side::Method => Side::Other,
+            Side::Other => Side::Method,
+        }
+    }
+}
+
+/// The program that ran the session.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The commit it was built from, or `unknown`.
+    pub commit: String,
+}
+
+/// Where it was shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Display {
+    /// `headless`, `desktop` or `openxr`.
+    pub kind: String,
+    /// The headset's or monitor's name.
+    pub system: String,
+    /// The runtime or presentation engine and its version.
+    pub runtime: String,
+    /// How far the times below can be trusted.
+    pub trust: Trust,
+    /// Nominal refresh rate, Hz; frame counts come from it.
+    pub nominal_hz: f64,
+    /// Mean of the measured frame intervals as a rate, Hz; none when not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_hz: Option<f64>,
+    /// Standard deviation of the measured frame intervals, milliseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval_sd_ms: Option<f64>,
+    /// Pixels per eye.
+    pub width_px: u32,
+    /// Pixels per eye.
+    pub height_px: u32,
+    /// Left, right, up, down half angles per eye (left eye first), degrees; none on a flat display.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fov_deg: Option<[[f64; 4]; 2]>,
+    /// The interpupillary distance the display measured or is set to, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ipd_m: Option<f64>,
+    /// The interpupillary distance the stimuli were rendered with, metres.
+    pub rendered_ipd_m: f64,
+}
+
+/// How far a time of display can be trusted; no record claims more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Trust {
+    /// A virtual clock: nothing was shown.
+    Virtual,
+    /// The time the runtime predicts.
+    Predicted,
+    /// The time the runtime or the presentation engine reports afterwards.
+    Reported,
+    /// A photodiode saw it.
+    Measured,
+}
+
+/// What drew it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Device {
+    /// Name of the graphics device.
+    pub gpu: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Vulkan version.
+    pub vulkan: String,
+}
+
+/// What the participant consented to. Never a name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Consent {
+    /// Version of the text.
+    pub version: String,
+    /// What the data is for.
+    pub purpose: String,
+    /// Day after which the data is deleted, `YYYY-MM-DD`.
+    pub retain_until: String,
+}
+
+/// One set of stimulus files.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stimulus {
+    /// Index in this session; `begin` records point here.
+    pub id: u32,
+    /// Content address in the store: SHA-256 (hex) over scene bytes, shaders, method, camera, settings, renderer.
+    pub key: String,
+    /// Scene name.
+    pub scene: String,
+    /// View name.
+    pub view: String,
+    /// Method name.
+    pub method: String,
+    /// File name → SHA-256 (hex).
+    pub files: BTreeMap<String, String>,
+    /// SHA-256 of the scene's bytes, where the renderer said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_sha256: Option<String>,
+    /// SHA-256 of the shaders, where the renderer said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shaders_sha256: Option<String>,
+    /// What rendered it, where the renderer said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub renderer: Option<String>,
+}
+
+/// One condition: what is varied.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Condition {
+    /// Index in the study; `planned` records point here.
+    pub id: u32,
+    /// Factor → level: `scene`, `method`, and where they apply `view`, `eye`, `other`, `reference`.
+    pub factors: BTreeMap<String, String>,
+}
+
+/// How the order was made.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Order {
+    /// `random`, `fixed`, `blocked` or `latin-square`.
+    pub ordering: String,
+    /// Name and version of the procedure that turns (seed, row) into the order.
+    pub procedure: String,
+    /// Rows after which the design repeats; 0 when it does not.
+    pub rows: u64,
+    /// This session's row.
+    pub row: u64,
+    /// Number of `planned` records that follow.
+    pub presentations: u32,
+    /// SHA-256 (hex) over the planned records as the procedure's documentation says.
+    pub sha256: String,
+}
+
+/// What a presentation is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Purpose {
+    /// Never analysed.
+    Practice,
+    /// Analysed.
+    Trial,
+    /// Says whether the participant attends; never in a mean.
+    Catch,
+}
+
+/// One presentation of the order.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Planned {
+    /// Position in the order, from 0; half of the key (presentation, attempt).
+    pub presentation: u32,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// Index of its condition record.
+    pub condition: u32,
+    /// Which showing of this condition, from 0.
+    pub repetition: u32,
+    /// Invalid presentations are shown again at the end of their block.
+    pub block: u32,
+    /// Which side is called A; none when there is nothing to compare.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub a_is: Option<Side>,
+    /// Indices of the stimulus records it shows: one; or A, B; or reference, A, B.
+    pub stimuli: Vec<u32>,
+    /// A catch trial passes with one of these ratings; empty for others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub passes: Vec<i32>,
+}
+
+/// The session may begin.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ready {
+    /// Lines before this one.
+    pub lines: u64,
+}
+
+/// A state was entered.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Phase {
+    /// `consent`, `person`, `screening`, `ssq-before`, `instructions`, `practice`, `trials`, `break`, `ssq-after`, `thanks`.
+    pub phase: String,
+}
+
+/// An answer to a question about the person, or to a questionnaire's item.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Item {
+    /// `person`, `ssq-before` or `ssq-after`.
+    pub questionnaire: String,
+    /// The item's name.
+    pub item: String,
+    /// The answer; none: declined.
+    pub answer: Option<String>,
+}
+
+/// One forced choice of the stereo screening.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Screening {
+    /// Disparity, arc seconds.
+    pub disparity_arcsec: f64,
+    /// Angular size of a pixel, arc seconds.
+    pub arcsec_per_px: f64,
+    /// The trial at this disparity, from 0.
+    pub trial: u32,
+    /// The alternative that was shown, 0 ..= 3.
+    pub shown: u32,
+    /// The alternative that was chosen, 0 ..= 3.
+    pub chosen: u32,
+}
+
+/// A stimulus is about to appear.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Begin {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// From 0; with `presentation` the key of everything that follows.
+    pub attempt: u32,
+}
+
+/// The stimulus was shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Presentation {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// The attempt.
+    pub attempt: u32,
+    /// What was shown, in order.
+    pub segments: Vec<Segment>,
+    /// Σ (round(Δ/period) − 1) over frame intervals Δ.
+    pub missed: u64,
+    /// Frames that the runtime asked not to draw.
+    pub unrendered: u64,
+    /// Time without focus, visibility or drawing, in all, milliseconds.
+    pub lost_ms: f64,
+    /// The longest interval between two frames, milliseconds.
+    pub longest_gap_ms: f64,
+    /// From the first frame to the first frame of what follows, milliseconds.
+    pub duration_ms: f64,
+    /// How far these times can be trusted.
+    pub trust: Trust,
+    /// Why this attempt does not count; empty: it does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub invalid: Vec<String>,
+}
+
+/// One part of a presentation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Segment {
+    /// What was on the display.
+    pub show: Shown,
+    /// round(seconds × nominal rate).
+    pub frames_asked: u64,
+    /// Frames that were displayed.
+    pub frames_shown: u64,
+    /// Display time of its first frame, nanoseconds on the journal's clock.
+    pub first_ns: u64,
+    /// Display time of its last frame.
+    pub last_ns: u64,
+}
+
+/// What one part of a presentation shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Shown {
+    /// The one stimulus of a rating.
+    Stimulus,
+    /// The side called A.
+    A,
+    /// The side called B.
+    B,
+    /// The blank frame.
+    Blank,
+}
+
+/// A choice, not yet confirmed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Change {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// The attempt.
+    pub attempt: u32,
+    /// See [`Question`].
+    pub choice: u32,
+    /// Since the panel opened.
+    pub after_ns: u64,
+}
+
+/// A confirmed choice.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Answer {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// The attempt.
+    pub attempt: u32,
+    /// See [`Question`]. The rating is made by the analysis.
+    pub choice: u32,
+    /// Since the panel opened.
+    pub after_ns: u64,
+    /// How many `change` records led to it.
+    pub changes: u32,
+    /// The attempt was valid. Answers to invalid attempts are kept and never used.
+    pub counts: bool,
+}
+
+/// An attempt was cut off.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Interrupted {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// The attempt.
+    pub attempt: u32,
+    /// `pause`, `skip`, `withdraw`, `quit` or `killed`.
+    pub reason: String,
+}
+
+/// A presentation that stays without an answer that counts.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Missing {
+    /// The planned presentation.
+    pub presentation: u32,
+    /// `invalid` (all attempts were) or `skipped`.
+    pub reason: String,
+}
+
+/// The session stands still.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pause {
+    /// `operator`, `participant` or `no-answer`.
+    pub reason: String,
+}
+
+/// It goes on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Continue {
+    /// How long it stood still.
+    pub after_ns: u64,
+}
+
+/// The file was opened again.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Resume {
+    /// Wall time between the last line and this one, milliseconds; negative: the clock was set back.
+    pub gap_ms: i64,
+    /// Bytes of a torn last line that were set aside.
+    pub cut_bytes: u64,
+    /// The program that goes on.
+    pub program: Program,
+}
+
+/// The operator passed over a state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Skip {
+    /// The state, as in [`Phase`], or `presentation`.
+    pub phase: String,
+}
+
+/// Why a session is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// To the end.
+    Completed,
+    /// The participant did not consent.
+    Declined,
+    /// The participant did not pass the screening.
+    Screened,
+    /// The participant left and took the data along.
+    Withdrawn,
+    /// The operator gave the session up.
+    Abandoned,
+}
+
+/// The session is over.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct End {
+    /// Why.
+    pub outcome: Outcome,
+    /// Trials (purpose `trial`) with an answer that counts.
+    pub answered: u32,
+    /// Trials without.
+    pub missing: u32,
+}

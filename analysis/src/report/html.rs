@@ -1,0 +1,111 @@
+//! One self-contained page: no network, light and dark, paper and narrow screens.
+
+use std::fmt::Write;
+
+use super::document::{Block, document};
+use super::input::ReportInput;
+use super::svg::escape;
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page, as one string: styles, plots and pictures inside.
+///
+/// ```no_run
+/// use cyclopean_analysis::data::Selection;
+/// use cyclopean_analysis::report::{Figure, ReportInput, ReportOptions, html};
+/// let mut input = ReportInput::gather(&["sessions".into()], &Selection::default(), &ReportOptions::default())?;
+/// input.figures.push(Figure { caption: "pica, stereo".into(), png: std::fs::read("pica.png")? });
+/// std::fs::write("report.html", html(&input))?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn html(input: &ReportInput) -> String {
+    let title = escape(&input.title);
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title><style>{STYLE}</style></head><body><main>"
+    );
+    let _ = write!(out, "<h1 class=\"title\">{title}</h1>");
+    if let Some(stamp) = &input.stamp {
+        let _ = write!(
+            out,
+            "<p class=\"stamp-line\">{} data: not people's answers to the study</p>",
+            escape(&stamp.to_uppercase())
+        );
+    }
+    for block in document(input) {
+        write_block(&mut out, &block);
+    }
+    out += "</main></body></html>\n";
+    out
+}
+
+fn write_block(out: &mut String, block: &Block) {
+    let _ = match block {
+        Block::Heading(level, text) => write!(out, "<h{0}>{1}</h{0}>", level + 1, escape(text)),
+        Block::Text(text) => write!(out, "<p>{}</p>", escape(text)),
+        Block::Notes(notes) => {
+            let items: String = notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
+            write!(out, "<ul>{items}</ul>")
+        }
+        Block::Table { caption, head, rows } => write!(out, "{}", table(caption, head, rows)),
+        Block::Plot { caption, svg } => {
+            write!(out, "<figure class=\"plot\"><div>{svg}</div><figcaption>{}</figcaption></figure>", escape(caption))
+        }
+        Block::Picture { caption, png } => write!(
+            out,
+            "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
+            escape(caption),
+            base64(png)
+        ),
+        Block::Details { summary, body } => {
+            write!(out, "<details><summary>{}</summary><pre>{}</pre></details>", escape(summary), escape(body))
+        }
+    };
+}
+
+fn table(caption: &str, head: &[String], rows: &[Vec<String>]) -> String {
+    let numeric = |t: &str| t == "-" || t.starts_with(|c: char| c.is_ascii_digit() || "-[<±".contains(c));
+    let right: Vec<bool> =
+        (0..head.len()).map(|c| c > 0 && rows.iter().all(|r| r.get(c).is_none_or(|t| numeric(t)))).collect();
+    let class = |c: usize| if right.get(c).copied().unwrap_or(false) { " class=\"n\"" } else { "" };
+    let mut out = String::from("<figure class=\"table\"><div class=\"scroll\"><table><thead><tr>");
+    for (c, h) in head.iter().enumerate() {
+        let _ = write!(out, "<th scope=\"col\"{}>{}</th>", class(c), escape(h));
+    }
+    out += "</tr></thead><tbody>";
+    for row in rows {
+        out += "<tr>";
+        for (c, cell) in row.iter().enumerate() {
+            let _ = write!(out, "<td{}>{}</td>", class(c), escape(cell));
+        }
+        out += "</tr>";
+    }
+    let _ = write!(out, "</tbody></table></div><figcaption>{}</figcaption></figure>", escape(caption));
+    out
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let word = (0..3).fold(0u32, |w, i| w << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
+        for i in 0..4 {
+            let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
+            out.push(if i <= chunk.len() { char::from(digit) } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn base64_of_the_rfc() {
+        // RFC 4648, section 10
+        for (text, want) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(super::base64(text.as_bytes()), want);
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Results for readers: a self-contained page, Markdown, LaTeX, CSV, JSON, plain text.
+
+mod document;
+mod html;
+mod input;
+mod plain;
+mod svg;
+pub mod text;
+
+pub use document::{Block, document};
+pub use html::html;
+pub use input::{
+    Figure, Metric, ReportInput, ReportOptions, Results, Screening, StudyReport, metrics_from_compare,
+    planned_interval, spearman,
+};
+pub use plain::{csv, json, latex, markdown};
