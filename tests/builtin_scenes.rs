@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use cyclopean::scene::manifest::{Geometry, Manifest};
 use cyclopean::scene::survey::{Survey, survey};
@@ -16,9 +17,13 @@ const TABLE_1: [(&str, f32, f32, f32); 5] = [
     ("temple", 0.036, 0.624, 0.416),
 ];
 
-/// Low detail: the same materials, views and lights in less time.
-fn coarse(name: &str) -> Scene {
-    scene::load_with_detail(name, Some(0.02)).unwrap_or_else(|error| panic!("{name}: {error}"))
+/// Low detail: the same materials, views and lights in less time; each loaded once.
+fn coarse(name: &str) -> &'static Scene {
+    static SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
+        let load = |name: &&str| scene::load_with_detail(name, Some(0.02)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        builtin::NAMES.iter().map(load).collect()
+    });
+    SCENES.iter().find(|s| s.name == name).expect("a built-in scene")
 }
 
 fn detail(name: &str) -> f64 {
@@ -38,7 +43,7 @@ fn volume(p: &scene::Primitive) -> f64 {
 #[test]
 fn materials_are_of_table_1s_kind() {
     for (name, low, high, mean) in TABLE_1 {
-        let found: Survey = survey(&coarse(name));
+        let found: Survey = survey(coarse(name));
         let [least, most, average] = found.roughness.expect("reflective materials");
         println!("{name}: {} reflective, {least:.3} to {most:.3}, mean {average:.3}", found.reflective_materials);
         assert!((28..=80).contains(&found.reflective_materials), "{name}: {}", found.reflective_materials);
@@ -88,20 +93,20 @@ fn solids_face_outwards_and_have_unit_normals_on_their_side() {
 
 #[test]
 fn the_same_bytes_every_time_and_an_export_is_the_same_scene() {
-    let (a, b) = (builtin::generate("temple", 0.02).expect("made"), builtin::generate("temple", 0.02).expect("made"));
+    let (a, b) = (builtin::generate("pica", 0.02).expect("made"), builtin::generate("pica", 0.02).expect("made"));
     assert!(a.gltf == b.gltf && a.files == b.files);
     let folder = tempfile::tempdir().expect("a folder");
-    let out = folder.path().join("temple");
+    let out = folder.path().join("pica");
     let done = Command::new(env!("CARGO_BIN_EXE_cyclopean"))
-        .args(["scene", "export", "temple", "--detail", "0.02", "--json", "-o"])
+        .args(["scene", "export", "pica", "--detail", "0.02", "--json", "-o"])
         .arg(&out)
         .output()
         .expect("started");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let said: serde_json::Value = serde_json::from_slice(&done.stdout).expect("one JSON object");
     assert!(said["files"].as_array().is_some_and(|f| f.len() > 5), "{said}");
-    let exported = scene::load(&out.join("temple.gltf").to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
-    let own = coarse("temple");
+    let exported = scene::load(&out.join("pica.gltf").to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
+    let own = coarse("pica");
     assert_eq!(exported.content_sha256, own.content_sha256);
     assert_eq!(exported.primitives.len(), own.primitives.len());
     assert!(
@@ -114,13 +119,13 @@ fn the_same_bytes_every_time_and_an_export_is_the_same_scene() {
     assert_eq!(exported.views, own.views);
     // The manifest beside it loads as well, and is the same scene again.
     let through =
-        scene::load(&out.join("temple.cyclopean.json").to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
+        scene::load(&out.join("pica.cyclopean.json").to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(through.content_sha256, own.content_sha256);
 }
 
 #[test]
 fn moving_things_move_and_stills_know_where_they_were() {
-    let mut scene = coarse("pink");
+    let mut scene = coarse("pink").clone();
     let moved = |s: &Scene| s.instances.iter().filter(|i| i.world_from_object != i.previous_world_from_object).count();
     assert!(moved(&scene) > 0, "stills at t = 0 have a previous place");
     let before = scene.instances.clone();
@@ -138,7 +143,7 @@ fn manifests_refuse_what_they_do_not_know_and_name_it() {
         std::fs::write(&path, text).expect("written");
         scene::load(&path.to_string_lossy()).map(|_| ()).expect_err("refused").to_string()
     };
-    let with = |more: &str| format!(r#"{{"name":"x","geometry":{{"builtin":{{"name":"room","detail":0.02}}}}{more}}}"#);
+    let with = |more: &str| format!(r#"{{"name":"x","geometry":{{"builtin":{{"name":"pica","detail":0.02}}}}{more}}}"#);
     for (text, word) in [
         (with(r#","colour":1"#), "colour"),
         (r#"{"name":"x"}"#.to_owned(), "geometry"),

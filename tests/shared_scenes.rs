@@ -74,7 +74,7 @@ fn environment_files_light_a_scene() {
     {
         let map = folder.join(file).canonicalize().expect("a path");
         let manifest = serde_json::json!({
-            "name": "lit", "geometry": { "builtin": { "name": "room", "detail": 0.01 } },
+            "name": "lit", "geometry": { "builtin": { "name": "pica", "detail": 0.01 } },
             "environment": { "map": { "file": map, "rotation_deg": rotation, "clamp": 50.0 } },
         });
         let path = work.path().join("lit.json");

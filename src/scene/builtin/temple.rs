@@ -217,7 +217,7 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
             ([180, 130, 60], 0.55),
         ],
     );
-    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([4.0, 2.3, 0.8]));
+    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([2.6, 1.6, 0.7]));
     let wax = b.palette("candle wax", &[([226, 210, 176], 0.56), ([150, 30, 26], 0.54)]);
     for k in 0..26 {
         let u = |i| unit(k, i, 71);

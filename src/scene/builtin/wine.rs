@@ -74,7 +74,7 @@ fn glass_materials(b: &mut Builder) -> Glasses {
     };
     let tints = [
         ("smoked glass", [44, 48, 54], 0.0),
-        ("ruby wine", [110, 12, 28], 0.1),
+        ("ruby wine", [110, 12, 28], 0.22),
         ("amber glass", [150, 88, 22], 0.3),
         ("blue glass", [24, 52, 120], 0.35),
         ("silvered glass", [150, 152, 156], 0.25),
@@ -126,7 +126,7 @@ fn table(b: &mut Builder, oak: MaterialId) {
 
 fn places(b: &mut Builder, glasses: &Glasses) {
     let china = b.palette("china", &[([232, 228, 216], 0.45), ([200, 214, 220], 0.55), ([56, 70, 96], 0.5)]);
-    let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.09));
+    let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.3));
     let napkin_map = b.texture(
         "napkin",
         Image::color(256, move |u, v| pattern::weave(u, v, 64, rgb(190, 176, 150), rgb(150, 60, 56))),
@@ -225,7 +225,7 @@ fn centre(b: &mut Builder, glasses: &Glasses) {
     }
     let brass = b.material(Finish::metal("candle brass", [0.82, 0.64, 0.32], 0.4));
     let wax = b.material(Finish::dielectric("wax", rgb(232, 220, 190), 0.59));
-    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([4.0, 2.5, 1.0]));
+    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([2.6, 1.7, 0.8]));
     for (x, z, h) in [(-0.08f32, -0.1f32, 0.2f32), (0.22, 0.02, 0.14), (-0.16, 0.32, 0.1), (0.0, -1.0, 0.16)] {
         b.add("candlestick", brass, furniture::turned_foot(b, 0.12, 0.05).at(x, TOP + 0.0005, z));
         let parts = tableware::candle(b, wax, flame, 0.016, h);
