@@ -54,7 +54,14 @@ impl Session {
     }
 }
 
-fn lines(session: u32, scenes: u32, repetitions: u32, kind: Kind, compare: bool) -> Result<Vec<u8>, serde_json::Error> {
+/// The whole file of one session.
+pub fn lines(
+    session: u32,
+    scenes: u32,
+    repetitions: u32,
+    kind: Kind,
+    compare: bool,
+) -> Result<Vec<u8>, serde_json::Error> {
     let mut stream = Stream::new(2026, u64::from(session));
     let bias = 0.4 * stream.normal();
     let mut s = Session { bytes: Vec::new(), seq: 0, t_ns: 0, kind };
