@@ -110,7 +110,7 @@ pub fn lines(
         sha256: "0".repeat(64),
     };
     s.say(Record::Order(order), 1)?;
-    let a_is = |p: u32| compare.then_some(if (p + session) % 2 == 0 { Side::Method } else { Side::Other });
+    let a_is = |p: u32| compare.then_some(if (p + session).is_multiple_of(2) { Side::Method } else { Side::Other });
     for p in 0..total {
         let planned = Planned {
             presentation: p,

@@ -53,12 +53,13 @@ fn exact_size_for_every_five_point_sample_of_up_to_sixteen() {
 
 #[test]
 fn equal_means_of_different_shapes_are_another_null() {
-    // Both have mean 3; the differences are skewed, and the test sees it.
-    let a = [0.0, 0.0, 1.0, 0.0, 0.0];
-    let b = [0.2, 0.0, 0.4, 0.4, 0.0];
+    // Everybody says 4, or nearly everybody says 4 or 5 and a few say 1: the mean is 4 both times, the median
+    // difference is not 0, and one scene with ten people is rejected in 12 % of studies.
+    let a = [0.0, 0.0, 0.0, 1.0, 0.0];
+    let b = [0.19, 0.0, 0.0, 0.24, 0.57];
     let r = rejection_of_votes(&a, &b, 10, 0.05).unwrap();
     println!("{r:?}");
-    assert!((r.mean_a - r.mean_b).abs() < 1e-12 && r.exact < 0.2);
+    assert!((r.mean_a - r.mean_b).abs() < 1e-12 && r.exact > 0.1, "{r:?}");
     let rate = Rate::of(5, 100);
     assert!((rate.se - (0.05f64 * 0.95 / 100.0).sqrt()).abs() < 1e-15);
 }

@@ -69,7 +69,7 @@ fn rank_of_end(n: usize, level: f64) -> Option<(u64, f64)> {
         let next = below + libm::ldexp(*c, scale);
         // The largest rank C with P(T ≤ C − 1) ≤ α/2, with room for rounding at exact equality.
         if next > half * (1.0 + 1e-12) {
-            return (q > 0).then(|| (q as u64, 1.0 - 2.0 * below));
+            return (q > 0).then_some((q as u64, 1.0 - 2.0 * below));
         }
         below = next;
     }
