@@ -1,1 +1,64 @@
-fn main() {}
+//! Compiles `shaders/*.{comp,vert,frag}` to SPIR-V with `glslc` (or what `GLSLC` names).
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=shaders");
+    println!("cargo::rerun-if-env-changed=GLSLC");
+    println!("cargo::rerun-if-changed=build.rs");
+    if std::env::var_os("CARGO_FEATURE_GPU").is_none() {
+        return;
+    }
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    if let Err(message) = compile_all(Path::new("shaders"), &out) {
+        println!("cargo::error={}", message.replace('\n', "\ncargo::error="));
+        std::process::exit(1);
+    }
+}
+
+/// Compiles every stage and writes `shaders.rs`: a static of words each, and the list of all.
+fn compile_all(folder: &Path, out: &Path) -> Result<(), String> {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|e| e.ok().map(|e| e.path()))
+        .filter(|p| p.extension().is_some_and(|e| e == "comp" || e == "vert" || e == "frag"))
+        .collect();
+    files.sort();
+    let mut code = String::new();
+    let mut list = String::new();
+    for file in &files {
+        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let target = out.join(format!("{name}.spv"));
+        compile(file, &target)?;
+        let symbol = name.replace('.', "_").to_uppercase();
+        // The wrapper's first field aligns the bytes to words.
+        let _ = writeln!(
+            code,
+            "static {symbol}_BYTES: &Aligned<[u8]> = &Aligned {{ _word: [], bytes: *include_bytes!({target:?}) }};\n\
+             /// `shaders/{name}`\npub static {symbol}: Shader = Shader {{ name: {name:?}, bytes: &{symbol}_BYTES.bytes }};"
+        );
+        let _ = write!(list, "&{symbol}, ");
+    }
+    let _ = writeln!(code, "/// Every shader.\npub static ALL: &[&Shader] = &[{list}];");
+    std::fs::write(out.join("shaders.rs"), code).map_err(|e| format!("cannot write shaders.rs: {e}"))
+}
+
+fn compile(file: &Path, target: &Path) -> Result<(), String> {
+    let compiler = std::env::var_os("GLSLC").unwrap_or_else(|| "glslc".into());
+    let run = Command::new(&compiler)
+        .args(["--target-env=vulkan1.3", "-Werror", "-I", "shaders", "-o"])
+        .arg(target)
+        .arg(file)
+        .output();
+    match run {
+        Err(error) => Err(format!(
+            "the shader compiler `{}` cannot be run ({error}); Debian: apt-get install glslc, elsewhere it comes \
+             with the Vulkan SDK; GLSLC names another one",
+            compiler.to_string_lossy()
+        )),
+        Ok(done) if done.status.success() => Ok(()),
+        Ok(done) => Err(String::from_utf8_lossy(&done.stderr).into_owned()),
+    }
+}

@@ -95,10 +95,15 @@ pub struct Progress {
 impl Progress {
     /// One step done; `detail` says which.
     pub fn step(&mut self, detail: &str) {
-        self.done += 1;
+        self.advance_to(self.done + 1, detail);
+    }
+
+    /// `done` steps are done in all.
+    pub fn advance_to(&mut self, done: u64, detail: &str) {
+        self.done = done;
         if let Some(bar) = &self.bar {
             bar.set_message(format!("{} {detail}", self.what));
-            bar.inc(1);
+            bar.set_position(done);
             return;
         }
         let now = Instant::now();

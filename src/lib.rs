@@ -4,4 +4,11 @@
 
 pub mod commands;
 pub mod console;
+pub mod display;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod picture;
+#[cfg(feature = "gpu")]
+pub mod render;
 pub mod scene;
+pub mod study;

@@ -2,6 +2,21 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+#[cfg(feature = "gpu")]
+mod demo;
+#[cfg(feature = "gpu")]
+mod device;
+#[cfg(feature = "gpu")]
+mod doctor;
+pub mod prepare;
+#[cfg(feature = "gpu")]
+mod render;
+pub mod run;
+mod scene;
+#[cfg(feature = "gpu")]
+mod stimulus;
+pub mod study;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -25,11 +40,33 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    Scene(scene::Args),
+    #[cfg(feature = "gpu")]
+    Render(render::Args),
+    #[cfg(feature = "gpu")]
+    Doctor(doctor::Args),
+    #[cfg(feature = "gpu")]
+    Demo(demo::Args),
+    Prepare(prepare::Args),
+    Run(run::Args),
+    Study(study::Args),
+}
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
-    let _console = Console::new(cli.json);
-    match cli.command {}
+    let console = Console::new(cli.json);
+    match cli.command {
+        Command::Scene(args) => scene::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Render(args) => render::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Doctor(args) => doctor::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Demo(args) => demo::run(args, &console),
+        Command::Prepare(args) => prepare::run(args, &console),
+        Command::Run(args) => run::run(args, &console),
+        Command::Study(args) => study::run(args, &console),
+    }
 }
 
 /// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.

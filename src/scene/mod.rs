@@ -4,13 +4,23 @@
 //! positions are `f64` (an `f32` step is a metre at 1e7 m); a frame subtracts the head's position
 //! before anything becomes `f32`.
 
+pub mod builtin;
 pub mod camera;
+pub mod environment;
+mod error;
+mod load;
+pub mod manifest;
+pub mod motion;
+pub mod survey;
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 pub use camera::{Eye, EyeCamera, Fov, StereoCamera, View};
+pub use error::SceneError;
+pub use load::{SUPPORTED_EXTENSIONS, load, load_bytes, load_with_detail};
+pub use motion::Motion;
 
 /// A loaded scene, every reference resolved, every hazard repaired or refused.
 #[derive(Debug, Clone)]
@@ -33,6 +43,8 @@ pub struct Scene {
     pub exposure: f32,
     /// Depth behind an open mesh's front face that counts as matter, metres.
     pub open_mesh_thickness_m: f32,
+    /// What moves; [`Scene::set_time`] places it. A loaded scene stands at time 0.
+    pub motions: Vec<Motion>,
     /// SHA-256 (hex) over every byte the scene was made from: manifest, geometry, textures, environment.
     pub content_sha256: String,
     /// What was repaired at load, one sentence each ("mesh `Cup`: 12 zero normals made from the faces").

@@ -13,6 +13,9 @@ pub mod record;
 pub mod verify;
 pub mod votes;
 
+#[cfg(test)]
+mod tests;
+
 pub use codec::{Entry, LineError, encode};
 pub use plan::AnalysisPlan;
 pub use reader::{JournalError, Reader, read, read_from};

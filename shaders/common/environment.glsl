@@ -1,0 +1,33 @@
+// Light from infinity. Needs `environment_map`, `irradiance_map` and `specular_map` (sampler2D; the last with the
+// prefiltered levels one below the other) and `frame` from the includer.
+#ifndef ENVIRONMENT_GLSL
+#define ENVIRONMENT_GLSL
+#include "math.glsl"
+
+// The middle column looks down −Z, the top row up.
+vec2 equirect_uv(vec3 d) {
+    return vec2(atan(d.x, -d.z) / (2.0 * PI) + 0.5, acos(clamp(d.y, -1.0, 1.0)) / PI);
+}
+
+vec3 environment_radiance(vec3 d) { return textureLod(environment_map, equirect_uv(d), 0.0).rgb; }
+
+// Irradiance / π.
+vec3 environment_irradiance(vec3 n) { return textureLod(irradiance_map, equirect_uv(n), 0.0).rgb; }
+
+vec3 specular_level(vec2 uv, float level) {
+    // Half a texel from the seams, so that the levels do not bleed into each other.
+    float rows = float(textureSize(specular_map, 0).y) / float(frame.specular_levels);
+    float v = clamp(uv.y, 0.5 / rows, 1.0 - 0.5 / rows);
+    return textureLod(specular_map, vec2(uv.x, (level + v) / float(frame.specular_levels)), 0.0).rgb;
+}
+
+// GGX-prefiltered radiance about d.
+vec3 environment_specular(vec3 d, float roughness) {
+    float level = clamp(roughness, 0.0, 1.0) * float(frame.specular_levels - 1u);
+    vec2 uv = equirect_uv(d);
+    float below = floor(level);
+    float above = min(below + 1.0, float(frame.specular_levels - 1u));
+    return mix(specular_level(uv, below), specular_level(uv, above), level - below);
+}
+
+#endif

@@ -1,0 +1,45 @@
+// How a ray ended, in four words: where (unorm 2×16, 0.03 px), its direction, length | how | eye | confidence, density.
+#ifndef HIT_GLSL
+#define HIT_GLSL
+#include "math.glsl"
+
+// No ray, or a sample below the horizon: contributes nothing.
+const uint NOTHING = 0u;
+const uint HIT = 1u;
+// Reached infinity inside a view, never behind anything.
+const uint SKY = 2u;
+// Left the view, behind something, a back face, or out of steps: the fallback's share.
+const uint UNKNOWN = 3u;
+
+struct Hit {
+    uint status;
+    vec2 uv;            // of the hit in the eye's image
+    uint eye;           // whose image
+    vec3 direction;     // of the ray, render space
+    float distance;     // along it, metres
+    float pdf;          // of the direction, over solid angle; 1 for mirrors
+    float confidence;   // 0–1
+};
+
+// Length keeps 12 bits of its mantissa (0.02 %), which is what a hit's 1/32 px is worth.
+uvec4 pack_hit(Hit h) {
+    uint flags = h.status | h.eye << 2 | uint(clamp(h.confidence, 0.0, 1.0) * 255.0 + 0.5) << 3;
+    return uvec4(packUnorm2x16(h.uv), pack_direction(h.direction), (floatBitsToUint(h.distance) & ~0x7ffu) | flags,
+                 floatBitsToUint(h.pdf));
+}
+
+Hit unpack_hit(uvec4 w) {
+    Hit h;
+    h.status = w.z & 3u;
+    h.uv = unpackUnorm2x16(w.x);
+    h.eye = w.z >> 2 & 1u;
+    h.direction = unpack_direction(w.y);
+    h.distance = uintBitsToFloat(w.z & ~0x7ffu);
+    h.pdf = uintBitsToFloat(w.w);
+    h.confidence = float(w.z >> 3 & 0xffu) * (1.0 / 255.0);
+    return h;
+}
+
+uint hit_status(uvec4 w) { return w.z & 3u; }
+
+#endif

@@ -1,0 +1,109 @@
+// The Hi-Z march through one eye's depth pyramid, free of bindings.
+// The includer gives `vec2 load_range(ivec2 cell, int level, uint eye)`: nearest front and farthest back, raw reverse-Z.
+// Sources: Uludag 2018 (hierarchy), McGuire & Mara 2014 (screen-space lines), the paper's §4.1 (dual depth).
+#ifndef MARCH_GLSL
+#define MARCH_GLSL
+#include "math.glsl"
+
+const int TOP_LEVEL = 6;
+
+// Why a segment ends where it ends.
+const uint END_FAR = 0u;     // at the ray's far end, inside the view
+const uint END_SIDE = 1u;    // at a side of the view
+const uint END_NEAR = 2u;    // at the near plane
+
+struct Segment {
+    vec3 start;      // pixels and raw depth
+    vec3 delta;      // to its end
+    float w_start;   // clip w at both ends
+    float w_end;
+    float s_end;     // world fraction of the ray at the end
+    uint end;
+};
+
+// Clips in homogeneous space, before anything is divided: a ray towards the eye crosses w = 0.
+// a, b: the ray's ends in clip space, a inside the view; near: the near plane's distance.
+Segment clip_segment(vec4 a, vec4 b, float near, vec2 size) {
+    float from[5] = float[5](a.w + a.x, a.w - a.x, a.w + a.y, a.w - a.y, a.w - near);
+    float to[5] = float[5](b.w + b.x, b.w - b.x, b.w + b.y, b.w - b.y, b.w - near);
+    Segment s;
+    s.s_end = 1.0;
+    s.end = END_FAR;
+    for (int i = 0; i < 5; ++i) {
+        if (to[i] < 0.0) {
+            float f = clamp(from[i] / (from[i] - to[i]), 0.0, 1.0);
+            if (f < s.s_end) {
+                s.s_end = f;
+                s.end = i == 4 ? END_NEAR : END_SIDE;
+            }
+        }
+    }
+    vec4 c = mix(a, b, s.s_end);
+    s.w_start = a.w;
+    s.w_end = c.w;
+    // Raw depth is near/w exactly; x and y from the clip coordinates.
+    s.start = vec3((vec2(a.x, -a.y) / a.w * 0.5 + 0.5) * size, near / a.w);
+    s.delta = vec3((vec2(c.x, -c.y) / c.w * 0.5 + 0.5) * size, near / c.w) - s.start;
+    return s;
+}
+
+// World fraction of the ray at screen fraction t of its segment.
+float world_fraction(Segment s, float t) { return s.s_end * t * s.w_start / (s.w_end - t * (s.w_end - s.w_start)); }
+
+const uint MARCH_HIT = 0u;
+const uint MARCH_END = 1u;      // came to the segment's end
+const uint MARCH_BUDGET = 2u;   // ran out of steps: unknown
+
+struct March {
+    uint result;
+    float t;         // screen fraction
+    bool behind;     // was behind matter at some time
+    uint steps;
+};
+
+March march(Segment s, uint eye, uint max_steps) {
+    // A fraction of a cell across each boundary, so that the next cell is the next.
+    const float NUDGE = 1.0 / 256.0;
+    March m = March(MARCH_END, 0.0, false, 0u);
+    vec2 d = s.delta.xy;
+    vec2 inverse = vec2(abs(d.x) > 1e-12 ? 1.0 / d.x : FLT_MAX, abs(d.y) > 1e-12 ? 1.0 / d.y : FLT_MAX);
+    vec2 side = vec2(d.x < 0.0 ? 0.0 : 1.0, d.y < 0.0 ? 0.0 : 1.0);
+    vec2 nudge = vec2(d.x < 0.0 ? -NUDGE : NUDGE, d.y < 0.0 ? -NUDGE : NUDGE);
+    // Out of the own pixel first: a ray that does not leave it ends there.
+    vec2 bounds = (floor(s.start.xy) + side + nudge - s.start.xy) * inverse;
+    m.t = max(min(bounds.x, bounds.y), 0.0);
+    int level = 0;
+    while (m.t < 1.0) {
+        if (m.steps >= max_steps) {
+            m.result = MARCH_BUDGET;
+            return m;
+        }
+        ++m.steps;
+        float scale = float(1 << level);
+        ivec2 cell = max(ivec2(floor(s.start.xy + d * m.t)), ivec2(0)) >> level;
+        vec2 range = load_range(cell, level, eye);
+        bounds = ((vec2(cell) + side + nudge) * scale - s.start.xy) * inverse;
+        // Rounding may put the boundary behind us; a step always goes forward.
+        float t_exit = min(max(min(bounds.x, bounds.y), m.t + 1e-7), 1.0);
+        float z0 = s.start.z + s.delta.z * m.t, z1 = s.start.z + s.delta.z * t_exit;
+        if (min(z0, z1) > range.x) {
+            m.t = t_exit;
+            level = min(level + 1, TOP_LEVEL);
+        } else if (max(z0, z1) < range.y) {
+            m.behind = true;
+            m.t = t_exit;
+            level = min(level + 1, TOP_LEVEL);
+        } else if (level > 0) {
+            --level;
+        } else {
+            // Below mip 0: inside matter within this pixel. From the front, where the depths meet.
+            if (z0 > range.x) m.t = clamp((range.x - s.start.z) / s.delta.z, m.t, t_exit);
+            m.result = MARCH_HIT;
+            return m;
+        }
+    }
+    m.t = 1.0;
+    return m;
+}
+
+#endif

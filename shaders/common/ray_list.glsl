@@ -1,0 +1,13 @@
+// One invocation a listed pixel. Needs `rays` and `arguments` from the includer.
+#ifndef RAY_LIST_GLSL
+#define RAY_LIST_GLSL
+
+bool listed_pixel(out ivec3 texel) {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= arguments[3]) return false;
+    uint packed = rays[index];
+    texel = ivec3(packed & 0x3fffu, packed >> 14 & 0x3fffu, packed >> 28);
+    return true;
+}
+
+#endif

@@ -1,0 +1,130 @@
+// Every structure that host and shaders share; src/render/shared.rs is its twin and a test compares the offsets.
+#ifndef SHARED_GLSL
+#define SHARED_GLSL
+
+struct EyeUniform {
+    mat4 clip_from_render;  // reverse-Z, infinite far plane; y up
+    mat4 view_from_render;
+    mat4 render_from_view;
+    vec4 tangents;          // of the frustum's sides: left, right, down, up (left and down negative)
+    vec4 position_near;     // xyz: the eye in render space, metres; w: near plane, metres
+    uvec4 stream;           // x: token of the eye's random stream
+};
+
+struct FrameUniform {
+    EyeUniform eyes[2];
+    uvec2 size;             // pixels of one eye
+    uint seed;
+    uint frame;
+    float ray_roughness_limit; // above it no ray is traced
+    float delta_roughness;     // below it a surface is a mirror
+    float open_mesh_thickness; // metres behind an open mesh that count as matter
+    float edge_fade;           // width of the fade at a view's border, as a fraction of its size
+    float ray_length;          // metres; beyond it the scene has ended
+    float exposure;
+    uint light_count;
+    uint max_steps;            // of a march
+    uint fallback;             // 0 black, 1 map
+    uint specular_levels;      // of the prefiltered environment
+    uint firefly;              // 1: tone-mapped weights in the resolve
+    uint reserved;
+};
+
+struct LightData {
+    vec3 position;          // render space, metres
+    uint kind;              // 0 directional, 1 point, 2 spot
+    vec3 direction;         // the light travels along it, unit length
+    float range;            // metres
+    vec3 color;             // irradiance (directional) or radiant intensity
+    float cos_inner;
+    float cos_outer;
+    float reserved0;
+    float reserved1;
+    float reserved2;
+};
+
+struct TextureSlot {
+    vec4 row_u;             // u' = dot(row_u.xyz, (u, v, 1))
+    vec4 row_v;
+    int texture_index;      // −1: none
+    uint uv_set;
+    uint reserved0;
+    uint reserved1;
+};
+
+struct MaterialData {
+    vec4 base_color;        // linear, straight alpha
+    vec3 emissive;
+    float metallic;
+    vec3 dielectric_f0;
+    float roughness;        // perceptual
+    float normal_scale;
+    float alpha_cutoff;     // negative: opaque
+    float transmission;
+    uint double_sided;
+    TextureSlot slots[4];   // base colour, metallic-roughness, normal, emissive
+};
+
+struct InstanceData {
+    vec4 render_from_object[3];  // rows
+    vec4 normal_matrix[3];       // rows of the inverse transpose
+    uint material;
+    uint first_vertex;
+    uint first_index;
+    uint closed;
+};
+
+struct TextureData {
+    uint offset;            // first texel, in words
+    uint width;
+    uint height;
+    uint flags;             // bits 0–1 wrap u, 2–3 wrap v (0 repeat, 1 mirror, 2 clamp), 4 sRGB, 5 nearest
+};
+
+// Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).
+const uint VERTEX_WORDS = 15u;
+
+// An inner node of the BVH with the bounds of both children, so that a visit is one fetch.
+struct NodeData {
+    vec3 lower0;
+    uint child0;            // inner: index of the node; leaf: LEAF | first triangle | (count − 1) << COUNT_SHIFT
+    vec3 upper0;
+    uint reserved0;
+    vec3 lower1;
+    uint child1;
+    vec3 upper1;
+    uint reserved1;
+};
+
+const uint LEAF = 0x80000000u;
+const uint COUNT_SHIFT = 28u;   // up to eight triangles a leaf, 2²⁸ triangles
+
+struct TriangleData {
+    vec3 v0;
+    uint instance;
+    vec3 edge1;
+    uint first_index;       // of the triangle's three indices
+    vec3 edge2;
+    uint flags;             // DOUBLE_SIDED, MASKED
+};
+
+const uint DOUBLE_SIDED = 1u;
+const uint MASKED = 2u;
+
+// Counted over a frame; see src/render/counters.rs for the words.
+struct CountersData {
+    uint nan;
+    uint inf;
+    uint clamped;           // radiance beyond fp16
+    uint rays;
+    uint hits;
+    uint sky;
+    uint left_view;
+    uint behind;
+    uint back_facing;
+    uint budget;            // marches that ran out of steps
+    uint below_horizon;
+    uint steps;
+};
+
+#endif

@@ -1,0 +1,43 @@
+#version 460
+// In: G-buffer, lights, environment. Out: radiance of each pixel without its traced reflection (paper §3).
+// No shadows (paper §5); the background is the environment.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const uint HAS_EMISSION = 1u;
+
+layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 2, std430) buffer Counters { CountersData counters; };
+layout(binding = 3) uniform usampler2DArray surface_image;
+layout(binding = 4) uniform sampler2DArray depth_image;
+layout(binding = 5) uniform sampler2D environment_map;
+layout(binding = 6) uniform sampler2D irradiance_map;
+layout(binding = 7) uniform sampler2D specular_map;
+layout(binding = 8) uniform sampler2D brdf_table;
+layout(binding = 9, rgba16f) writeonly uniform image2DArray radiance_image;
+layout(binding = 10) uniform sampler2DArray emission_image;
+
+#include "common/camera.glsl"
+#include "common/shade.glsl"
+#include "common/store.glsl"
+
+void main() {
+    uvec3 id = gl_GlobalInvocationID;
+    if (any(greaterThanEqual(id.xy, frame.size))) return;
+    ivec3 texel = ivec3(id);
+    uint eye = id.z;
+    vec2 center = vec2(id.xy) + 0.5;
+    float depth = texelFetch(depth_image, texel, 0).x;
+    vec3 radiance;
+    if (depth == 0.0) {
+        radiance = environment_radiance(pixel_direction(eye, center));
+    } else {
+        Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
+        vec3 position = render_position(eye, center, depth);
+        vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
+        radiance = shade(s, emission, position, normalize(eye_position(eye) - position));
+    }
+    imageStore(radiance_image, texel, vec4(storable(radiance), 1.0));
+}

@@ -1,0 +1,111 @@
+#version 460
+// In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error.
+// The paper's reference (§5): two bounces, no shadows; each hit shaded exactly as `lighting` does, a miss sees the
+// environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint HAS_MASK = 1u;
+
+layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
+layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
+layout(binding = 3, std430) buffer Counters { CountersData counters; };
+layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 5) uniform usampler2D node_rows;
+layout(binding = 6) uniform usampler2D triangle_rows;
+layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
+layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };
+layout(binding = 9, std430) readonly buffer Textures { TextureData textures[]; };
+layout(binding = 10, std430) readonly buffer Texels { uint texels[]; };
+layout(binding = 11, std430) readonly buffer Vertices { float vertices[]; };
+layout(binding = 12, std430) readonly buffer Indices { uint indices[]; };
+layout(binding = 13) uniform usampler2DArray surface_image;
+layout(binding = 14) uniform sampler2DArray depth_image;
+layout(binding = 15) uniform sampler2D environment_map;
+layout(binding = 16) uniform sampler2D irradiance_map;
+layout(binding = 17) uniform sampler2D specular_map;
+layout(binding = 18) uniform sampler2D brdf_table;
+// Σ L and the samples so far; its compensation; Σ L².
+layout(binding = 19, rgba32f) uniform image2DArray sum_image;
+layout(binding = 20, rgba32f) uniform image2DArray compensation_image;
+layout(binding = 21, rgba32f) uniform image2DArray square_image;
+layout(binding = 22, rgba32f) writeonly uniform image2DArray reflection_image;
+layout(binding = 23, rgba32f) writeonly uniform image2DArray error_image;
+layout(push_constant) uniform Constants { uint first_sample; uint sample_count; };
+
+#include "common/camera.glsl"
+#include "common/random.glsl"
+#include "common/ray_list.glsl"
+#include "common/reflect.glsl"
+#include "common/shade.glsl"
+#include "common/hit_surface.glsl"
+
+struct Tally {
+    uint below_horizon;
+    uint sky;
+    uint hits;
+};
+
+vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
+    ReflectionRay ray = reflection_ray(s, v, u);
+    if (!ray.above) {
+        ++tally.below_horizon;
+        return vec3(0.0);
+    }
+    vec3 weight = reflection_weight(s, v, ray.direction, ray.pdf);
+    Intersection hit = intersect(origin, ray.direction);
+    if (hit.triangle == NO_TRIANGLE) {
+        ++tally.sky;
+        return weight * environment_radiance(ray.direction);
+    }
+    ++tally.hits;
+    vec3 emission;
+    Surface other = hit_surface(hit, -ray.direction, emission);
+    // Stored radiance is what screen space could have seen: no more than fp16 holds.
+    vec3 radiance = min(shade(other, emission, origin + ray.direction * hit.t, -ray.direction), vec3(65504.0));
+    return weight * radiance;
+}
+
+void main() {
+    ivec3 texel;
+    if (!listed_pixel(texel)) return;
+    uint eye = uint(texel.z);
+    float depth = texelFetch(depth_image, texel, 0).x;
+    Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
+    vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
+    vec3 v = normalize(eye_position(eye) - position);
+    vec3 origin = ray_origin(eye, position, s.face_normal, depth);
+
+    vec3 sum = vec3(0.0), compensation = vec3(0.0), squares = vec3(0.0);
+    if (first_sample > 0u) {
+        sum = imageLoad(sum_image, texel).rgb;
+        compensation = imageLoad(compensation_image, texel).rgb;
+        squares = imageLoad(square_image, texel).rgb;
+    }
+    Tally tally = Tally(0u, 0u, 0u);
+    for (uint i = first_sample; i < first_sample + sample_count; ++i) {
+        vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
+        vec3 x = reflected(s, v, origin, u, tally);
+        precise vec3 y = x - compensation;
+        precise vec3 t = sum + y;
+        compensation = (t - sum) - y;
+        sum = t;
+        squares += x * x;
+    }
+    atomicAdd(counters.below_horizon, tally.below_horizon);
+    atomicAdd(counters.sky, tally.sky);
+    atomicAdd(counters.hits, tally.hits);
+    atomicAdd(counters.rays, sample_count);
+    float n = float(first_sample + sample_count);
+    imageStore(sum_image, texel, vec4(sum, n));
+    imageStore(compensation_image, texel, vec4(compensation, 0.0));
+    imageStore(square_image, texel, vec4(squares, 0.0));
+    vec3 mean = sum / n;
+    if (any(isnan(mean))) atomicAdd(counters.nan, 1u);
+    if (any(isinf(mean))) atomicAdd(counters.inf, 1u);
+    vec3 variance = max(squares / n - mean * mean, vec3(0.0)) * (n / max(n - 1.0, 1.0));
+    imageStore(reflection_image, texel, vec4(mean, 1.0));
+    imageStore(error_image, texel, vec4(sqrt(variance / n), 0.0));
+}

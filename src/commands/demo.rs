@@ -1,0 +1,172 @@
+//! `cyclopean demo`: the whole line once, small: stimuli, sessions with simulated observers, analysis, report.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use cyclopean_analysis::data::Selection;
+use cyclopean_analysis::files;
+use cyclopean_analysis::journal::record::Kind;
+use cyclopean_analysis::report::{self, Figure, ReportInput, ReportOptions};
+
+use crate::console::{Console, check_interrupted};
+use crate::study::prepare::{self, Found, Shard};
+use crate::study::session::{self, Options};
+use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
+use crate::study::store::Store;
+use crate::study::validate::{self, Study};
+
+use super::stimulus::{GpuStimuli, catalogue};
+
+/// Prepares, runs and analyses the studies with simulated observers, on a small setting.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder for everything it makes. Stimuli stay for the next time; its sessions are made anew.
+    #[arg(long, short, default_value = "demo")]
+    out: PathBuf,
+    /// Simulated observers a study.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    observers: u32,
+    /// Part of the device's name; the best device by default.
+    #[arg(long)]
+    device: Option<String>,
+}
+
+/// The paper's three.
+const STUDIES: [(&str, &str); 3] = [
+    ("consistency", include_str!("../../studies/consistency.json")),
+    ("quality", include_str!("../../studies/quality.json")),
+    ("ablation", include_str!("../../studies/ablation.json")),
+];
+
+/// Marks a folder whose sessions the demo may throw away.
+const MARK: &str = ".cyclopean-demo";
+
+/// What a small setting is.
+struct Setting {
+    width_px: u32,
+    height_px: u32,
+    reference_samples: u32,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// No device, a disk that cannot be written, or what a study's parts say.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let out = &args.out;
+    let sessions = fresh_sessions(out)?;
+    let mut renderer = GpuStimuli::new(args.device.as_deref())?;
+    let setting = match renderer.gpu().is_cpu() {
+        true => Setting { width_px: 480, height_px: 270, reference_samples: 32 },
+        false => Setting { width_px: 960, height_px: 540, reference_samples: 256 },
+    };
+    console.note(format!(
+        "device: {}; pictures of {}x{} per eye, {} paths a pixel in the reference (a study uses 1920x1080 and 1024)",
+        renderer.gpu().info().name,
+        setting.width_px,
+        setting.height_px,
+        setting.reference_samples
+    ));
+    let store = Store::new(out.join("store"));
+    let mut ran = Vec::new();
+    for (name, text) in STUDIES {
+        let study = small(out, name, text, &setting, args.observers)?;
+        let problems = validate::resolve(&study.definition, &catalogue());
+        if let Some(first) = problems.first() {
+            console.note(format!("study `{name}` is left out: {first}"));
+            continue;
+        }
+        prepare_stimuli(&study, &store, &mut renderer, console)?;
+        simulate(&study, &store, &sessions, args.observers, console)?;
+        ran.push(study);
+    }
+    anyhow::ensure!(!ran.is_empty(), "this build can show none of the studies");
+
+    let options = ReportOptions { title: "Cyclopean demo".to_owned(), ..ReportOptions::default() };
+    let mut input = ReportInput::gather(&[sessions], &Selection::default(), &options)?;
+    input.figures = figures(&ran, &store, &renderer)?;
+    let page = out.join("report.html");
+    files::write_bytes(&page, report::html(&input).as_bytes())?;
+    let tables: Vec<_> = input.studies.iter().map(|s| s.all.table.to_json()).collect();
+    for study in &input.studies {
+        console.line(report::text::grid(&study.all.table));
+    }
+    console.line(format!("report: {}", page.display()));
+    console.object(&serde_json::json!({ "report": page, "tables": tables, "kind": "simulated" }))?;
+    Ok(())
+}
+
+/// The folder of this run's sessions, empty. Only a folder that a demo made is ever emptied.
+fn fresh_sessions(out: &Path) -> anyhow::Result<PathBuf> {
+    let sessions = out.join("sessions");
+    let mark = out.join(MARK);
+    if sessions.exists() {
+        anyhow::ensure!(
+            mark.is_file(),
+            "{} holds sessions that no demo made; choose another folder with --out",
+            out.display()
+        );
+        std::fs::remove_dir_all(&sessions).with_context(|| format!("cannot empty {}", sessions.display()))?;
+    }
+    std::fs::create_dir_all(&sessions).with_context(|| format!("cannot make {}", sessions.display()))?;
+    files::write_bytes(&mark, b"The sessions in this folder are simulated and made anew by each demo.\n")?;
+    Ok(sessions)
+}
+
+/// The study with small pictures and few samples, written beside what it produces.
+fn small(out: &Path, name: &str, text: &str, setting: &Setting, observers: u32) -> anyhow::Result<Study> {
+    let mut study: serde_json::Value = serde_json::from_str(text).context("a built-in study is no JSON")?;
+    let stimuli = &mut study["stimuli"];
+    stimuli["width_px"] = setting.width_px.into();
+    stimuli["height_px"] = setting.height_px.into();
+    stimuli["samples"]["path-traced"] = setting.reference_samples.into();
+    study["participants"] = observers.into();
+    let folder = out.join("studies");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let path = folder.join(format!("{name}.json"));
+    let text = serde_json::to_string_pretty(&study)?;
+    files::write_bytes(&path, text.as_bytes())?;
+    Ok(validate::parse(&path, text)?)
+}
+
+fn prepare_stimuli(study: &Study, store: &Store, renderer: &mut GpuStimuli, console: &Console) -> anyhow::Result<()> {
+    let total = prepare::requests(&study.definition, Shard::WHOLE).len() as u64;
+    let mut progress = console.progress(&format!("{} stimuli", study.definition.id), total);
+    prepare::prepare(&study.definition, store, renderer, Shard::WHOLE, &mut |request, found| {
+        check_interrupted()?;
+        let what = if found == Found::Whole { "is there" } else { "rendering" };
+        progress.step(&format!("{} {what}", request.label()));
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn simulate(study: &Study, store: &Store, sessions: &Path, observers: u32, console: &Console) -> anyhow::Result<()> {
+    let mut progress = console.progress(&format!("{} sessions", study.definition.id), u64::from(observers));
+    for number in 1..=observers {
+        check_interrupted()?;
+        let participant = format!("sim{number:02}");
+        session::simulate(study, store, sessions, &participant, 90.0, &Options::new(Kind::Simulated))?;
+        progress.step(&participant);
+    }
+    Ok(())
+}
+
+/// The stills, one a condition and method, each once.
+fn figures(studies: &[Study], store: &Store, renderer: &GpuStimuli) -> anyhow::Result<Vec<Figure>> {
+    let mut seen: Vec<StimulusRequest> = Vec::new();
+    let mut figures = Vec::new();
+    for study in studies {
+        for request in prepare::requests(&study.definition, Shard::WHOLE) {
+            if seen.contains(&request) {
+                continue;
+            }
+            let key = renderer.identity(&request)?;
+            let Some(stored) = store.check(&key)? else { continue };
+            let png = std::fs::read(stored.folder.join("sbs.png")).context("a prepared still cannot be read")?;
+            figures.push(Figure { caption: format!("{} (left eye, right eye)", request.label()), png });
+            seen.push(request);
+        }
+    }
+    Ok(figures)
+}

@@ -1,0 +1,131 @@
+//! `cyclopean doctor`: what this machine has, what is missing, and the command that mends it.
+
+use std::rc::Rc;
+
+use clap::Args as ClapArgs;
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::gpu::{Gpu, list_devices};
+
+use super::device;
+
+/// Says what this machine has, what is missing, and the command that mends it.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    /// Part of the device's name; the best device by default.
+    #[arg(long)]
+    device: Option<String>,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Finding {
+    what: &'static str,
+    ok: bool,
+    /// Needed by `render`, `prepare` and `demo`; the rest is for displays and tests.
+    needed: bool,
+    found: String,
+    /// The command that mends it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mend: Option<&'static str>,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// When something that rendering needs is missing.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let mut findings = Vec::new();
+    findings.push(devices());
+    findings.push(opened(args.device.as_deref()));
+    findings.push(validation());
+    findings.push(openxr());
+    findings.push(display());
+    for f in &findings {
+        let word = match (f.ok, f.needed) {
+            (true, _) => "ok     ",
+            (false, true) => "MISSING",
+            (false, false) => "absent ",
+        };
+        console.line(format!("{word}  {:<18} {}", f.what, f.found));
+        if let Some(mend) = f.mend.filter(|_| !f.ok) {
+            console.line(format!("         {:<18} {mend}", ""));
+        }
+    }
+    console.object(&serde_json::json!({ "findings": findings }))?;
+    match findings.iter().find(|f| f.needed && !f.ok) {
+        None => Ok(()),
+        Some(f) => anyhow::bail!("{}: {}; {}", f.what, f.found, f.mend.unwrap_or("see the documentation")),
+    }
+}
+
+const MEND_VULKAN: &str = "apt-get install libvulkan1 mesa-vulkan-drivers (or your graphics card's own driver)";
+
+fn devices() -> Finding {
+    let (ok, found) = match list_devices() {
+        Ok(devices) if devices.is_empty() => (false, "a loader, but no device".to_owned()),
+        Ok(devices) => {
+            let names: Vec<_> = devices.iter().map(|(n, k, v)| format!("{n} ({k}, Vulkan {v})")).collect();
+            (true, names.join("; "))
+        }
+        Err(error) => (false, error.to_string()),
+    };
+    Finding { what: "Vulkan devices", ok, needed: true, found, mend: Some(MEND_VULKAN) }
+}
+
+fn opened(name: Option<&str>) -> Finding {
+    let describe = |gpu: Rc<Gpu>| {
+        let info = gpu.info();
+        let speed = if gpu.is_cpu() { ", software: pictures are kept small" } else { "" };
+        format!("{} · {} · Vulkan {}{speed}", info.name, info.driver, info.vulkan)
+    };
+    let (ok, found) = match device::open(name).map(describe) {
+        Ok(found) => (true, found),
+        Err(error) => (false, error.to_string()),
+    };
+    Finding { what: "device in use", ok, needed: true, found, mend: Some(MEND_VULKAN) }
+}
+
+fn validation() -> Finding {
+    let layer = [
+        "/usr/share/vulkan/explicit_layer.d",
+        "/etc/vulkan/explicit_layer.d",
+        "/usr/local/share/vulkan/explicit_layer.d",
+    ]
+    .iter()
+    .map(|folder| std::path::Path::new(folder).join("VkLayer_khronos_validation.json"))
+    .find(|file| file.is_file());
+    Finding {
+        what: "validation layer",
+        ok: layer.is_some(),
+        needed: false,
+        found: layer.map_or("only the tests need it".to_owned(), |f| f.display().to_string()),
+        mend: Some("apt-get install vulkan-validationlayers"),
+    }
+}
+
+fn openxr() -> Finding {
+    let runtime = std::env::var_os("XR_RUNTIME_JSON").map(std::path::PathBuf::from).or_else(|| {
+        let places = ["/etc/xdg/openxr/1/active_runtime.json", "/usr/share/openxr/1/active_runtime.json"];
+        places.iter().map(std::path::PathBuf::from).find(|p| p.is_file())
+    });
+    Finding {
+        what: "OpenXR runtime",
+        ok: runtime.as_ref().is_some_and(|p| p.is_file()),
+        needed: false,
+        found: runtime.map_or("none is set; only headsets need it".to_owned(), |p| p.display().to_string()),
+        mend: Some("start your headset's software and make it the active OpenXR runtime, or set XR_RUNTIME_JSON"),
+    }
+}
+
+fn display() -> Finding {
+    let found = ["WAYLAND_DISPLAY", "DISPLAY"].iter().find_map(|v| std::env::var(v).ok().map(|x| format!("{v}={x}")));
+    Finding {
+        what: "desktop",
+        ok: found.is_some() || !cfg!(target_os = "linux"),
+        needed: false,
+        found: found.unwrap_or_else(|| "no display; only the desktop window needs it".to_owned()),
+        mend: Some("run inside a desktop session"),
+    }
+}

@@ -1,0 +1,110 @@
+//! `cyclopean prepare`: a study's stimuli, rendered into the store.
+
+use std::path::PathBuf;
+
+use super::WrongUsage;
+use super::study::find_study;
+use crate::console::{self, Console};
+use crate::study::prepare::{self, Found, Shard};
+#[cfg(not(feature = "gpu"))]
+use crate::study::stimulus::Catalogue;
+use crate::study::stimulus::StimulusRenderer;
+use crate::study::store::Store;
+use crate::study::validate::{self, StudyError};
+
+/// Render a study's stimuli into the store; what is there and whole is not rendered again.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The study: a file, or the name of one in `studies/`.
+    study: PathBuf,
+    /// The folder of prepared stimuli.
+    #[arg(long, default_value = "store")]
+    store: PathBuf,
+    /// One part of the work, `i/n` with i from 0 to n − 1.
+    #[arg(long, value_name = "i/n")]
+    shard: Option<String>,
+    /// List what is missing and estimate the time; render nothing.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Scenes and methods of this build.
+#[cfg(feature = "gpu")]
+pub use super::stimulus::catalogue;
+
+/// Scenes of this build, which has no methods: nothing is rendered without the feature `gpu`.
+#[cfg(not(feature = "gpu"))]
+pub fn catalogue() -> Catalogue {
+    Catalogue::of(&crate::scene::builtin::NAMES, &["sssr", "path-traced"])
+}
+
+/// The renderer of this build.
+///
+/// # Errors
+/// No device.
+#[cfg(feature = "gpu")]
+fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
+    Ok(Box::new(super::stimulus::GpuStimuli::new(None)?))
+}
+
+/// The renderer of this build.
+///
+/// # Errors
+/// This build has none.
+#[cfg(not(feature = "gpu"))]
+fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
+    anyhow::bail!("this build cannot render: it was made without its GPU parts; build with the feature `gpu`")
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// Wrong usage, a study that this build cannot render, or the first stimulus that fails.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let study = find_study(&args.study)?;
+    let problems = validate::resolve(&study.definition, &catalogue());
+    if !problems.is_empty() {
+        return Err(StudyError::Invalid { path: study.path, problems }.into());
+    }
+    run_with(args, console, &mut *renderer()?)
+}
+
+/// [`run`] with a renderer in hand.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRenderer) -> anyhow::Result<()> {
+    let study = find_study(&args.study)?;
+    let shard = match &args.shard {
+        Some(text) => text.parse::<Shard>().map_err(|e| WrongUsage(format!("--shard: {e}")))?,
+        None => Shard::WHOLE,
+    };
+    let store = Store::new(&args.store);
+    let report = if args.dry_run {
+        prepare::survey(&study.definition, &store, renderer, shard)?
+    } else {
+        let total = prepare::requests(&study.definition, shard).len() as u64;
+        let mut progress = console.progress("preparing", total);
+        prepare::prepare(&study.definition, &store, renderer, shard, &mut |request, found| {
+            console::check_interrupted()?;
+            let what = if found == Found::Whole { "is there" } else { "rendering" };
+            progress.step(&format!("{} {what}", request.label()));
+            Ok(())
+        })?
+    };
+    console.object(&serde_json::json!({
+        "study": study.definition.id, "store": args.store, "dry_run": args.dry_run, "whole": report.whole,
+        "missing": report.missing, "damaged": report.damaged, "estimate_seconds": report.estimate_seconds,
+    }))?;
+    let (did, estimate) = match (args.dry_run, report.estimate_seconds) {
+        (false, _) => ("rendered", String::new()),
+        (true, Some(seconds)) => ("to render", format!(", about {:.1} minutes", seconds / 60.0)),
+        (true, None) => ("to render", ", time unknown until one of each method was rendered".to_owned()),
+    };
+    for (what, list) in [("missing", &report.missing), ("damaged", &report.damaged)] {
+        list.iter().for_each(|label| console.line(format!("{did} ({what}): {label}")));
+    }
+    let needed = report.missing.len() + report.damaged.len();
+    console.line(format!("{} whole, {needed} {did}{estimate}", report.whole.len()));
+    Ok(())
+}

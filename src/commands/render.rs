@@ -1,0 +1,237 @@
+//! `cyclopean render`: one stereo still.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use clap::Args as ClapArgs;
+use cyclopean_analysis::files;
+use serde::Serialize;
+
+use crate::console::{Console, check_interrupted};
+use crate::gpu::{DeviceInfo, PassTime};
+use crate::picture::{self, Part};
+use crate::render::needs;
+use crate::render::shared::CountersData;
+use crate::render::{Firefly, Method, Rendered, Renderer, Request, Settings, Streams, median_of_sorted};
+use crate::scene::{self, Fallback};
+
+use super::WrongUsage;
+use super::device::{self, Size};
+
+/// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json.
+#[derive(Debug, ClapArgs)]
+pub struct Args {
+    /// A built-in name, a manifest (.json), or a .gltf or .glb file.
+    scene: String,
+    /// A method's name, or NAME@N for N rays a pixel.
+    #[arg(long, short)]
+    method: String,
+    /// One of the scene's views; its first by default.
+    #[arg(long)]
+    view: Option<String>,
+    /// Pixels of one eye, WIDTHxHEIGHT.
+    #[arg(long)]
+    size: Option<Size>,
+    /// Rays (or paths) a pixel.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    spp: Option<u32>,
+    /// Frames to time; the image is that of the first, times are medians.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Folder for the files; made when missing.
+    #[arg(long, short, default_value = "out")]
+    out: PathBuf,
+    /// Part of the device's name; the best device by default.
+    #[arg(long)]
+    device: Option<String>,
+    /// What unknown rays see, instead of what the scene says.
+    #[arg(long, value_enum)]
+    fallback: Option<FallbackArg>,
+    /// Weights of bright samples in the resolve.
+    #[arg(long, value_enum, default_value_t = Firefly::None)]
+    firefly: Firefly,
+    /// The random streams of the two eyes.
+    #[arg(long, value_enum, default_value_t = Streams::Independent)]
+    streams: Streams,
+    /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
+    #[arg(long, default_value_t = 0.1)]
+    edge_fade: f32,
+    /// Say which parts of the frame run, which are left out, and why.
+    #[arg(long)]
+    explain: bool,
+    /// Run every pass, needed or not; the image must not change.
+    #[arg(long)]
+    all_passes: bool,
+}
+
+/// [`Fallback`] on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FallbackArg {
+    Black,
+    Probe,
+    Environment,
+}
+
+impl From<FallbackArg> for Fallback {
+    fn from(arg: FallbackArg) -> Fallback {
+        match arg {
+            FallbackArg::Black => Fallback::Black,
+            FallbackArg::Probe => Fallback::Probe,
+            FallbackArg::Environment => Fallback::Environment,
+        }
+    }
+}
+
+/// `render.json`.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    scene_sha256: &'a str,
+    view: &'a str,
+    method: String,
+    width: u32,
+    height: u32,
+    seed: u32,
+    spp: u32,
+    frames: u32,
+    device: &'a DeviceInfo,
+    passes: &'a [PassTime],
+    total_ms: f64,
+    frame_wall_ms: f64,
+    left_out: &'a [needs::Part],
+    nan: u32,
+    inf: u32,
+    clamped: u32,
+    missed: u64,
+    counters: CountersData,
+    triangles: usize,
+    settings: &'a Settings,
+    repairs: &'a [String],
+    files: Vec<PathBuf>,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// Wrong usage, an unreadable scene, no device, no memory, an unwritable folder; nothing is left half written.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let method = Method::parse(&args.method).map_err(|e| WrongUsage(e.to_string()))?;
+    if !(0.0..=0.5).contains(&args.edge_fade) {
+        return Err(WrongUsage(format!("--edge-fade {} is outside 0 to 0.5", args.edge_fade)).into());
+    }
+    let scene = Arc::new(scene::load(&args.scene)?);
+    let view = device::view(&scene, args.view.as_deref())?;
+    let gpu = device::open(args.device.as_deref())?;
+    let size = device::size_or_default(&gpu, args.size, console);
+    let method = device::samples_or_default(&gpu, method, args.spp, console);
+    let settings = Settings {
+        firefly: args.firefly,
+        streams: args.streams,
+        fallback: args.fallback.map(Fallback::from),
+        edge_fade: args.edge_fade,
+        all_passes: args.all_passes,
+        ..device::settings(size, args.seed)
+    };
+    // Fail before the work, not after it.
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make the folder {}", args.out.display()))?;
+
+    let camera = view.stereo_camera(settings.aspect());
+    let mut renderer = Renderer::new(&gpu, Arc::clone(&scene))?;
+    let request = Request { camera: &camera, method: &method, settings: &settings, frames: args.frames };
+    let mut progress = None;
+    let rendered = renderer.render(&request, &mut |done, total| {
+        let bar = progress.get_or_insert_with(|| console.progress("samples", u64::from(total)));
+        bar.advance_to(u64::from(done), "");
+        check_interrupted()
+    })?;
+    drop(progress);
+
+    let stem = format!("{}_{}_{}", scene.name, view.name, method).replace(['/', '\\', ' '], "-");
+    let files = write(&args.out, &stem, &rendered)?;
+    let report = Report {
+        scene: &scene.name,
+        scene_sha256: &scene.content_sha256,
+        view: &view.name,
+        method: method.to_string(),
+        width: settings.width,
+        height: settings.height,
+        seed: settings.seed,
+        spp: rendered.samples,
+        frames: args.frames,
+        device: gpu.info(),
+        passes: &rendered.passes,
+        total_ms: rendered.passes.iter().map(|p| p.ms).sum(),
+        frame_wall_ms: median(&rendered.frame_ms),
+        left_out: &rendered.left_out,
+        nan: rendered.counters.nan,
+        inf: rendered.counters.inf,
+        clamped: rendered.counters.clamped,
+        missed: rendered.counters.missed(),
+        counters: rendered.counters,
+        triangles: scene.triangle_count(),
+        settings: &settings,
+        repairs: &scene.repairs,
+        files,
+    };
+    let path = args.out.join("render.json");
+    files::write_bytes(&path, &serde_json::to_vec_pretty(&report)?)?;
+    say(console, &report, &rendered, args.explain);
+    console.object(&report)?;
+    Ok(())
+}
+
+/// Writes `STEM.exr` and `STEM.png`, and gives their paths.
+///
+/// # Errors
+/// [`picture::PictureError`] naming the file.
+pub fn write(folder: &Path, stem: &str, rendered: &Rendered) -> Result<Vec<PathBuf>, picture::PictureError> {
+    let (exr, png) = (folder.join(format!("{stem}.exr")), folder.join(format!("{stem}.png")));
+    let mut parts = vec![
+        Part { layer: "", picture: &rendered.linear },
+        Part { layer: "reflection", picture: &rendered.reflection },
+    ];
+    parts.extend(rendered.error.as_ref().map(|picture| Part { layer: "error", picture }));
+    picture::write_exr(&exr, &parts)?;
+    let (width, height) = (rendered.linear.width, rendered.linear.height);
+    let [left, right] = &rendered.display;
+    picture::write_side_by_side(&png, width, height, [left, right])?;
+    Ok(vec![exr, png])
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    median_of_sorted(&sorted)
+}
+
+fn say(console: &Console, report: &Report<'_>, rendered: &Rendered, explain: bool) {
+    console.line(format!(
+        "{} · {} · {} · {}×{} per eye · {} spp · {}",
+        report.scene, report.view, report.method, report.width, report.height, report.spp, report.device.name
+    ));
+    for pass in report.passes {
+        console.line(format!("  {:<16} {:>9.2} ms", pass.name, pass.ms));
+    }
+    console.line(format!("  {:<16} {:>9.2} ms on the device", "total", report.total_ms));
+    let c = &report.counters;
+    console.line(format!(
+        "  {} rays: {} hit, {} sky, {} missed ({} left the view, {} behind, {} back faces, {} out of steps)",
+        c.rays, c.hits, c.sky, report.missed, c.left_view, c.behind, c.back_facing, c.budget
+    ));
+    if report.clamped > 0 {
+        console.line(format!("  {} values were beyond fp16 and clamped", report.clamped));
+    }
+    if explain {
+        for part in &rendered.parts {
+            let word = if part.runs { "runs    " } else { "left out" };
+            console.line(format!("  {word} {:<22} {}", part.name, part.why));
+        }
+    }
+    for file in &report.files {
+        console.line(format!("  {}", file.display()));
+    }
+}

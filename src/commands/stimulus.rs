@@ -1,0 +1,157 @@
+//! The studies' renderer: requests become pictures in the store.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use glam::DVec3;
+use sha2::{Digest, Sha256};
+
+use crate::console::check_interrupted;
+use crate::gpu::Gpu;
+use crate::picture::{self, Part};
+use crate::render::{Method, Rendered, Renderer, Request, Settings, shaders};
+use crate::scene::{self, Scene, StereoCamera, builtin};
+use crate::study::stimulus::{Catalogue, CatalogueScene, StimulusInfo, StimulusRenderer, StimulusRequest};
+
+use super::device;
+
+/// Renders on one device; keeps the last scene uploaded, because a study asks for one scene after another.
+pub struct GpuStimuli {
+    gpu: Rc<Gpu>,
+    scenes: RefCell<HashMap<String, Arc<Scene>>>,
+    renderer: Option<Renderer>,
+}
+
+/// What one request means to the renderer.
+struct Job {
+    scene: Arc<Scene>,
+    camera: StereoCamera,
+    method: Method,
+    settings: Settings,
+}
+
+/// The built-in scenes with their views, and every method.
+pub fn catalogue() -> Catalogue {
+    let scenes = builtin::NAMES.iter().map(|&name| {
+        let views = builtin::manifest(name)
+            .and_then(|text| serde_json::from_str::<scene::manifest::Manifest>(text).ok())
+            .map(|manifest| manifest.views.iter().map(|v| v.name.clone()).collect())
+            .unwrap_or_default();
+        CatalogueScene { name: name.to_owned(), views }
+    });
+    Catalogue { scenes: scenes.collect(), methods: Method::names().iter().map(|m| (*m).to_owned()).collect() }
+}
+
+impl GpuStimuli {
+    /// On the best device.
+    ///
+    /// # Errors
+    /// No device.
+    pub fn new(device: Option<&str>) -> anyhow::Result<GpuStimuli> {
+        Ok(GpuStimuli { gpu: device::open(device)?, scenes: RefCell::default(), renderer: None })
+    }
+
+    /// The device it renders on.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    fn scene(&self, name: &str) -> anyhow::Result<Arc<Scene>> {
+        if let Some(scene) = self.scenes.borrow().get(name) {
+            return Ok(Arc::clone(scene));
+        }
+        let scene = Arc::new(scene::load(name)?);
+        self.scenes.borrow_mut().insert(name.to_owned(), Arc::clone(&scene));
+        Ok(scene)
+    }
+
+    fn job(&self, request: &StimulusRequest) -> anyhow::Result<Job> {
+        let scene = self.scene(&request.scene)?;
+        let mut view = device::view(&scene, request.view.as_deref())?.clone();
+        let method = Method::parse(&request.method)?.with_samples(request.samples);
+        // The paper's studies show black where nothing is known.
+        let settings = Settings {
+            width: request.width_px,
+            height: request.height_px,
+            seed: u32::try_from(request.seed).context("stimuli.seed is beyond 32 bits")?,
+            fallback: Some(scene::Fallback::Black),
+            ..Settings::default()
+        };
+        view.ipd_m = request.ipd_m;
+        if let Some(degrees) = request.horizontal_fov_deg {
+            let half = (degrees.to_radians() / 2.0).tan();
+            view.vertical_fov_rad = 2.0 * (half / settings.aspect()).atan();
+        }
+        let camera = view.stereo_camera(settings.aspect());
+        Ok(Job { scene, camera, method, settings })
+    }
+}
+
+impl StimulusRenderer for GpuStimuli {
+    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
+        let job = self.job(request)?;
+        let point = |p: DVec3| [p.x, p.y, p.z];
+        let eyes = scene::Eye::BOTH.map(|eye| {
+            let e = job.camera.eye(eye);
+            let fov = [e.fov.left_rad, e.fov.right_rad, e.fov.up_rad, e.fov.down_rad];
+            serde_json::json!({ "position": point(e.position), "rotation": e.world_from_view.to_array(), "fov": fov,
+                                "near_m": e.near_m })
+        });
+        let identity = serde_json::json!({
+            "scene": job.scene.content_sha256,
+            "shaders": shaders::digest(),
+            "method": job.method.to_string(),
+            "samples": job.method.samples(),
+            "eyes": eyes,
+            "settings": job.settings,
+            "renderer": env!("CARGO_PKG_VERSION"),
+            "device_kind": self.gpu.info().kind,
+        });
+        let digest = Sha256::digest(serde_json::to_vec(&identity)?);
+        Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
+    }
+
+    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
+        let job = self.job(request)?;
+        if self.renderer.as_ref().is_none_or(|r| r.scene().content_sha256 != job.scene.content_sha256) {
+            // The old scene's memory goes first.
+            self.renderer = None;
+        }
+        let renderer = match &mut self.renderer {
+            Some(renderer) => renderer,
+            empty => empty.insert(Renderer::new(&self.gpu, Arc::clone(&job.scene))?),
+        };
+        let asked = Request { camera: &job.camera, method: &job.method, settings: &job.settings, frames: 1 };
+        let rendered = renderer.render(&asked, &mut |_, _| check_interrupted())?;
+        write(into, &rendered)?;
+        Ok(StimulusInfo {
+            scene_sha256: Some(job.scene.content_sha256.clone()),
+            shaders_sha256: Some(shaders::digest()),
+            renderer: format!("cyclopean {} on {}", env!("CARGO_PKG_VERSION"), self.gpu.info().kind),
+            samples: rendered.samples,
+            standard_error: mean_standard_error(&rendered),
+            inconsistency: None,
+        })
+    }
+}
+
+fn write(into: &Path, rendered: &Rendered) -> Result<(), picture::PictureError> {
+    let parts =
+        [Part { layer: "", picture: &rendered.linear }, Part { layer: "reflection", picture: &rendered.reflection }];
+    picture::write_exr(&into.join("stereo.exr"), &parts)?;
+    let (width, height) = (rendered.linear.width, rendered.linear.height);
+    let [left, right] = &rendered.display;
+    picture::write_side_by_side(&into.join("sbs.png"), width, height, [left, right])
+}
+
+/// Of the luminance, over the pixels that reflect; the channels' errors are taken as one.
+fn mean_standard_error(rendered: &Rendered) -> Option<f64> {
+    let error = rendered.error.as_ref()?;
+    let luminance = |c: &[f32; 3]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
+    let values: Vec<f64> = error.eyes.iter().flatten().filter(|c| **c != [0.0; 3]).map(luminance).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}

@@ -1,0 +1,174 @@
+//! What was last done to a resource, and the barrier that the next use needs.
+
+use ash::vk;
+
+/// One way of using a resource.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Use {
+    pub(super) layout: vk::ImageLayout,
+    pub(super) stage: vk::PipelineStageFlags2,
+    pub(super) access: vk::AccessFlags2,
+    pub(super) writes: bool,
+}
+
+type Stage = vk::PipelineStageFlags2;
+type Acc = vk::AccessFlags2;
+
+impl Use {
+    const fn new(layout: vk::ImageLayout, stage: Stage, access: Acc, writes: bool) -> Use {
+        Use { layout, stage, access, writes }
+    }
+
+    /// Sampled or fetched by a compute shader.
+    pub const SAMPLED: Use =
+        Use::new(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, Stage::COMPUTE_SHADER, Acc::SHADER_SAMPLED_READ, false);
+    /// Sampled by a fragment shader.
+    pub const SAMPLED_FRAGMENT: Use =
+        Use::new(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, Stage::FRAGMENT_SHADER, Acc::SHADER_SAMPLED_READ, false);
+    /// Written as a storage image or buffer by a compute shader.
+    pub const STORAGE_WRITE: Use =
+        Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::SHADER_STORAGE_WRITE, true);
+    /// Read and written as a storage image or buffer by a compute shader.
+    pub const STORAGE_READ_WRITE: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::COMPUTE_SHADER,
+        Acc::from_raw(Acc::SHADER_STORAGE_READ.as_raw() | Acc::SHADER_STORAGE_WRITE.as_raw()),
+        true,
+    );
+    /// Read as a storage buffer by a compute shader.
+    pub const STORAGE_READ: Use =
+        Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::SHADER_STORAGE_READ, false);
+    /// Read as a storage buffer by the stages of a raster pass.
+    pub const STORAGE_READ_RASTER: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::from_raw(Stage::VERTEX_SHADER.as_raw() | Stage::FRAGMENT_SHADER.as_raw()),
+        Acc::SHADER_STORAGE_READ,
+        false,
+    );
+    /// Read as a uniform buffer.
+    pub const UNIFORM: Use = Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::UNIFORM_READ, false);
+    /// A colour attachment, cleared or blended over.
+    pub const COLOR: Use = Use::new(
+        vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+        Stage::COLOR_ATTACHMENT_OUTPUT,
+        Acc::from_raw(Acc::COLOR_ATTACHMENT_READ.as_raw() | Acc::COLOR_ATTACHMENT_WRITE.as_raw()),
+        true,
+    );
+    /// A depth attachment that is tested and written.
+    pub const DEPTH: Use = Use::new(
+        vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
+        Stage::from_raw(Stage::EARLY_FRAGMENT_TESTS.as_raw() | Stage::LATE_FRAGMENT_TESTS.as_raw()),
+        Acc::from_raw(Acc::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | Acc::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
+        true,
+    );
+    /// Source of a copy.
+    pub const COPY_SOURCE: Use =
+        Use::new(vk::ImageLayout::TRANSFER_SRC_OPTIMAL, Stage::ALL_TRANSFER, Acc::TRANSFER_READ, false);
+    /// Destination of a copy, fill or clear.
+    pub const COPY_TARGET: Use =
+        Use::new(vk::ImageLayout::TRANSFER_DST_OPTIMAL, Stage::ALL_TRANSFER, Acc::TRANSFER_WRITE, true);
+    /// Arguments of an indirect dispatch.
+    pub const INDIRECT: Use =
+        Use::new(vk::ImageLayout::GENERAL, Stage::DRAW_INDIRECT, Acc::INDIRECT_COMMAND_READ, false);
+    /// Read by the host after the frame.
+    pub const HOST_READ: Use = Use::new(vk::ImageLayout::GENERAL, Stage::HOST, Acc::HOST_READ, false);
+}
+
+/// Everything since the last write that a next use may have to wait for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct State {
+    layout: vk::ImageLayout,
+    write_stage: Stage,
+    write_access: Acc,
+    read_stage: Stage,
+    read_access: Acc,
+}
+
+/// Source and destination of a barrier.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Barrier {
+    pub old_layout: vk::ImageLayout,
+    pub new_layout: vk::ImageLayout,
+    pub src_stage: Stage,
+    pub src_access: Acc,
+    pub dst_stage: Stage,
+    pub dst_access: Acc,
+}
+
+impl State {
+    /// A resource nobody has used; its content is undefined.
+    pub(super) const NEW: State = State {
+        layout: vk::ImageLayout::UNDEFINED,
+        write_stage: Stage::NONE,
+        write_access: Acc::NONE,
+        read_stage: Stage::NONE,
+        read_access: Acc::NONE,
+    };
+
+    /// The barrier before `next`, if it needs one, and the state after it. Buffers ignore the layouts.
+    pub(super) fn then(&self, next: Use, is_image: bool) -> (Option<Barrier>, State) {
+        let changes_layout = is_image && self.layout != next.layout;
+        let seen = self.read_stage.contains(next.stage) && self.read_access.contains(next.access);
+        let barrier = Barrier {
+            old_layout: self.layout,
+            new_layout: next.layout,
+            src_stage: self.write_stage | self.read_stage,
+            // Reads need an execution dependency only.
+            src_access: self.write_access,
+            dst_stage: next.stage,
+            dst_access: next.access,
+        };
+        if next.writes || changes_layout {
+            let untouched = self.write_stage == Stage::NONE && self.read_stage == Stage::NONE;
+            let needed = changes_layout || !untouched;
+            let after = State {
+                layout: next.layout,
+                // A layout transition counts as a write that this use has already waited for.
+                write_stage: next.stage,
+                write_access: if next.writes { next.access } else { Acc::NONE },
+                read_stage: if next.writes { Stage::NONE } else { next.stage },
+                read_access: if next.writes { Acc::NONE } else { next.access },
+            };
+            return (needed.then_some(barrier), after);
+        }
+        let after =
+            State { read_stage: self.read_stage | next.stage, read_access: self.read_access | next.access, ..*self };
+        if seen || self.write_stage == Stage::NONE {
+            return (None, after);
+        }
+        // Only the write matters to a reader.
+        (Some(Barrier { src_stage: self.write_stage, ..barrier }), after)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_read_after_a_write_waits_once() {
+        let (first, state) = State::NEW.then(Use::STORAGE_WRITE, true);
+        assert_eq!(first.map(|b| b.old_layout), Some(vk::ImageLayout::UNDEFINED));
+        let (second, state) = state.then(Use::SAMPLED, true);
+        let second = second.expect("layout and visibility change");
+        assert_eq!(second.src_access, Acc::SHADER_STORAGE_WRITE);
+        let (third, _) = state.then(Use::SAMPLED, true);
+        assert!(third.is_none());
+    }
+
+    #[test]
+    fn a_write_after_reads_waits_for_all_of_them() {
+        let (_, state) = State::NEW.then(Use::STORAGE_WRITE, false);
+        let (_, state) = state.then(Use::STORAGE_READ, false);
+        let (_, state) = state.then(Use::INDIRECT, false);
+        let (barrier, _) = state.then(Use::COPY_TARGET, false);
+        let barrier = barrier.expect("write after read");
+        assert!(barrier.src_stage.contains(Stage::COMPUTE_SHADER | Stage::DRAW_INDIRECT));
+    }
+
+    #[test]
+    fn a_fresh_buffer_needs_no_barrier() {
+        assert!(State::NEW.then(Use::STORAGE_WRITE, false).0.is_none());
+        assert!(State::NEW.then(Use::STORAGE_READ, false).0.is_none());
+    }
+}

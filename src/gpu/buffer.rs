@@ -1,0 +1,119 @@
+//! Buffers: on the device, or mapped for the host to write or read.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+use super::access::State;
+use super::{Called, Frame, Gpu, GpuError};
+
+/// A buffer that any pass may use.
+pub struct Buffer {
+    pub(super) raw: vk::Buffer,
+    pub(super) state: Cell<State>,
+    size: u64,
+    allocation: RefCell<Option<Allocation>>,
+    gpu: Rc<Gpu>,
+}
+
+impl Buffer {
+    /// Device memory, content undefined.
+    ///
+    /// # Errors
+    /// [`GpuError::Memory`] when the device has none left.
+    pub fn device(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        Buffer::new(gpu, what, bytes, MemoryLocation::GpuOnly)
+    }
+
+    /// Memory that the host writes and the device reads.
+    ///
+    /// # Errors
+    /// As [`Buffer::device`].
+    pub fn upload(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        Buffer::new(gpu, what, bytes, MemoryLocation::CpuToGpu)
+    }
+
+    /// Memory that the device writes and the host reads.
+    ///
+    /// # Errors
+    /// As [`Buffer::device`].
+    pub fn readback(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        Buffer::new(gpu, what, bytes, MemoryLocation::GpuToCpu)
+    }
+
+    /// Device memory with this content, copied and waited for.
+    ///
+    /// # Errors
+    /// As [`Buffer::device`], or what the copy said.
+    pub fn with_content<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Buffer, GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(content);
+        let buffer = Buffer::device(gpu, what, bytes.len() as u64)?;
+        if !bytes.is_empty() {
+            let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
+            staging.write(bytes);
+            let mut frame = Frame::begin(gpu)?;
+            frame.copy_buffer(&staging, &buffer);
+            frame.finish()?;
+        }
+        Ok(buffer)
+    }
+
+    fn new(gpu: &Rc<Gpu>, what: &str, bytes: u64, location: MemoryLocation) -> Result<Buffer, GpuError> {
+        // Zero-sized buffers do not exist in Vulkan; an empty scene still binds all of its buffers.
+        let size = bytes.max(16);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::VERTEX_BUFFER
+            | vk::BufferUsageFlags::INDEX_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the device is alive; `info` lives for the call.
+        let raw = unsafe { gpu.device.create_buffer(&info, None) }.called("vkCreateBuffer")?;
+        // SAFETY: `raw` was just made by this device.
+        let requirements = unsafe { gpu.device.get_buffer_memory_requirements(raw) };
+        let buffer =
+            Buffer { raw, state: Cell::new(State::NEW), size, allocation: RefCell::new(None), gpu: Rc::clone(gpu) };
+        let allocation = gpu.allocate(what, requirements, location, true)?;
+        // SAFETY: memory and offset come from the allocator for exactly these requirements, bound once.
+        unsafe { gpu.device.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }
+            .called("vkBindBufferMemory")?;
+        *buffer.allocation.borrow_mut() = Some(allocation);
+        Ok(buffer)
+    }
+
+    /// Bytes.
+    pub fn size(&self) -> u64 {
+        self.size
+    }
+
+    /// Writes from the start of an upload buffer. Frames that read it must have finished.
+    pub fn write(&self, bytes: &[u8]) {
+        let mut allocation = self.allocation.borrow_mut();
+        let mapped = allocation.as_mut().and_then(Allocation::mapped_slice_mut);
+        let mapped = mapped.expect("`write` is for upload buffers, which are mapped");
+        mapped[..bytes.len()].copy_from_slice(bytes);
+    }
+
+    /// The content of a readback buffer after its frame has finished.
+    pub fn read(&self) -> Vec<u8> {
+        let allocation = self.allocation.borrow();
+        let mapped = allocation.as_ref().and_then(Allocation::mapped_slice);
+        let mapped = mapped.expect("`read` is for readback buffers, which are mapped");
+        mapped[..self.size as usize].to_vec()
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: frames wait before they return, so nothing on the device uses the buffer any more.
+        unsafe { self.gpu.device.destroy_buffer(self.raw, None) };
+        if let Some(allocation) = self.allocation.borrow_mut().take() {
+            self.gpu.free(allocation);
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! The device and what belongs to it once: queue, allocator, pipeline cache, validation messages.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, c_void};
+use std::mem::ManuallyDrop;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Mutex;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
+
+use super::create::text;
+use super::{Called, Creator, GpuError};
+
+/// How to open the device.
+#[derive(Debug, Clone, Default)]
+pub struct GpuOptions {
+    /// Validation with synchronisation checks: slow, for tests. Messages are counted, see [`Gpu::check_validation`].
+    pub validation: bool,
+    /// Where compiled pipelines are kept between runs; none = not kept.
+    pub pipeline_cache: Option<PathBuf>,
+}
+
+impl GpuOptions {
+    /// `CYCLOPEAN_VALIDATION=1` turns validation on; the cache lies in the user's cache folder.
+    pub fn from_environment() -> GpuOptions {
+        let cache = std::env::var_os("XDG_CACHE_HOME")
+            .map(PathBuf::from)
+            .or_else(|| std::env::var_os("HOME").map(|h| PathBuf::from(h).join(".cache")));
+        GpuOptions {
+            validation: std::env::var_os("CYCLOPEAN_VALIDATION").is_some_and(|v| v == "1"),
+            pipeline_cache: cache.map(|c| c.join("cyclopean")),
+        }
+    }
+}
+
+/// What the journal and `render.json` say of the device.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct DeviceInfo {
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    pub driver: String,
+    pub vulkan: String,
+}
+
+/// The open device. Everything made from it holds an `Rc` to it, so it goes last.
+pub struct Gpu {
+    pub(super) device: ash::Device,
+    pub(super) queue: vk::Queue,
+    pub(super) queue_family: u32,
+    pub(super) timestamp_period_ns: f32,
+    pub(super) pipeline_cache: vk::PipelineCache,
+    pub(super) limits: vk::PhysicalDeviceLimits,
+    info: DeviceInfo,
+    cache_file: Option<PathBuf>,
+    allocator: ManuallyDrop<RefCell<Allocator>>,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<Mutex<Vec<String>>>,
+    instance: ash::Instance,
+    _entry: ash::Entry,
+}
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+impl Gpu {
+    /// Opens a device made by `creator`.
+    ///
+    /// # Errors
+    /// [`GpuError`] naming what is missing.
+    pub fn open(creator: &dyn Creator, options: &GpuOptions) -> Result<Rc<Gpu>, GpuError> {
+        // SAFETY: loading the system's Vulkan loader runs its initialisers, which the system vouches for.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
+        let messages = Box::new(Mutex::new(Vec::new()));
+        let instance = create_instance(&entry, creator, options)?;
+        let messenger = if options.validation { Some(watch(&entry, &instance, &messages)?) } else { None };
+        let physical = creator.choose(&instance)?;
+        // SAFETY: `physical` comes from this instance.
+        let properties = unsafe { instance.get_physical_device_properties(physical) };
+        let info = describe(&instance, physical, &properties);
+        let lacks = |what: &str| GpuError::Lacks { device: info.name.clone(), what: what.to_owned() };
+
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families
+            .iter()
+            .position(|f| f.queue_flags.contains(both) && f.timestamp_valid_bits > 0)
+            .ok_or_else(|| lacks("a queue for graphics and compute with timestamps"))? as u32;
+
+        let device = create_device(&instance, physical, creator, family, &lacks)?;
+        // SAFETY: the family was given one queue at creation.
+        let queue = unsafe { device.get_device_queue(family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|e| GpuError::Memory {
+            what: "the allocator".to_owned(),
+            bytes: 0,
+            reason: e.to_string(),
+        })?;
+
+        let cache_file = options.pipeline_cache.as_ref().map(|folder| {
+            let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
+            folder.join(format!("pipelines-{uuid}.bin"))
+        });
+        // A missing or foreign cache is only slower; drivers check the header themselves.
+        let data = cache_file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
+        let create = vk::PipelineCacheCreateInfo::default().initial_data(&data);
+        // SAFETY: `data` lives for the call.
+        let pipeline_cache = unsafe { device.create_pipeline_cache(&create, None) }.called("vkCreatePipelineCache")?;
+
+        Ok(Rc::new(Gpu {
+            device,
+            queue,
+            queue_family: family,
+            timestamp_period_ns: properties.limits.timestamp_period,
+            pipeline_cache,
+            limits: properties.limits,
+            info,
+            cache_file,
+            allocator: ManuallyDrop::new(RefCell::new(allocator)),
+            messenger,
+            messages,
+            instance,
+            _entry: entry,
+        }))
+    }
+
+    /// Name, kind, driver.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// A software device: images are kept small and the program says so.
+    pub fn is_cpu(&self) -> bool {
+        self.info.kind == "cpu"
+    }
+
+    /// The largest storage buffer a shader may see, bytes.
+    pub fn max_storage_bytes(&self) -> u64 {
+        u64::from(self.limits.max_storage_buffer_range)
+    }
+
+    /// Fails with the first message once the validation layer has spoken.
+    ///
+    /// # Errors
+    /// [`GpuError::Validation`].
+    pub fn check_validation(&self) -> Result<(), GpuError> {
+        let messages = self.messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        match messages.first() {
+            None => Ok(()),
+            Some(first) => Err(GpuError::Validation { count: messages.len(), first: first.clone() }),
+        }
+    }
+
+    pub(super) fn allocate(
+        &self,
+        what: &str,
+        requirements: vk::MemoryRequirements,
+        location: MemoryLocation,
+        linear: bool,
+    ) -> Result<Allocation, GpuError> {
+        let desc = AllocationCreateDesc {
+            name: what,
+            requirements,
+            location,
+            linear,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        self.allocator.borrow_mut().allocate(&desc).map_err(|e| GpuError::Memory {
+            what: what.to_owned(),
+            bytes: requirements.size,
+            reason: e.to_string(),
+        })
+    }
+
+    pub(super) fn free(&self, allocation: Allocation) {
+        if let Err(error) = self.allocator.borrow_mut().free(allocation) {
+            tracing::warn!("device memory was not freed: {error}");
+        }
+    }
+
+    /// Keeps compiled pipelines for the next run.
+    fn save_cache(&self) {
+        let Some(file) = &self.cache_file else { return };
+        // SAFETY: the cache belongs to this device.
+        let data = unsafe { self.device.get_pipeline_cache_data(self.pipeline_cache) };
+        let saved = data.map_err(|e| e.to_string()).and_then(|bytes| {
+            if let Some(folder) = file.parent() {
+                std::fs::create_dir_all(folder).map_err(|e| e.to_string())?;
+            }
+            cyclopean_analysis::files::write_bytes(file, &bytes).map_err(|e| e.to_string())
+        });
+        if let Err(reason) = saved {
+            tracing::info!("compiled pipelines were not kept: {reason}");
+        }
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        self.save_cache();
+        // SAFETY: everything made from the device holds an `Rc` to us and is gone; the allocator goes before the
+        // device it allocates from, the messenger before its instance.
+        unsafe {
+            if let Err(error) = self.device.device_wait_idle() {
+                tracing::warn!("the device did not come to rest: {error}");
+            }
+            self.device.destroy_pipeline_cache(self.pipeline_cache, None);
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_device(None);
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+fn create_instance(entry: &ash::Entry, creator: &dyn Creator, options: &GpuOptions) -> Result<ash::Instance, GpuError> {
+    let app = vk::ApplicationInfo::default()
+        .application_name(c"cyclopean")
+        .engine_name(c"cyclopean")
+        .api_version(vk::API_VERSION_1_3);
+    let mut layers = Vec::new();
+    let mut extensions = Vec::new();
+    if options.validation {
+        // SAFETY: the loader is loaded.
+        let there =
+            unsafe { entry.enumerate_instance_layer_properties() }.called("vkEnumerateInstanceLayerProperties")?;
+        if !there.iter().any(|l| text(&l.layer_name).as_bytes() == VALIDATION_LAYER.to_bytes()) {
+            return Err(GpuError::NoValidation);
+        }
+        layers.push(VALIDATION_LAYER.as_ptr());
+        extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+        extensions.push(ash::ext::validation_features::NAME.as_ptr());
+    }
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&app)
+        .enabled_layer_names(&layers)
+        .enabled_extension_names(&extensions);
+    if options.validation {
+        info = info.push_next(&mut features);
+    }
+    creator.create_instance(entry, &info)
+}
+
+fn create_device(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    creator: &dyn Creator,
+    family: u32,
+    lacks: &dyn Fn(&str) -> GpuError,
+) -> Result<ash::Device, GpuError> {
+    let mut there13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut there = vk::PhysicalDeviceFeatures2::default().push_next(&mut there13);
+    // SAFETY: `physical` comes from this instance and the chain lives for the call.
+    unsafe { instance.get_physical_device_features2(physical, &mut there) };
+    let core = there.features;
+    if core.sampler_anisotropy == vk::FALSE || core.independent_blend == vk::FALSE {
+        return Err(lacks("anisotropic filtering"));
+    }
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
+    let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
+    let info =
+        vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&wanted).push_next(&mut v13);
+    creator.create_device(instance, physical, &info)
+}
+
+fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, p: &vk::PhysicalDeviceProperties) -> DeviceInfo {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut more = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    // SAFETY: `physical` comes from this instance and the chain lives for the call.
+    unsafe { instance.get_physical_device_properties2(physical, &mut more) };
+    let kind = match p.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+        vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+        vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+        vk::PhysicalDeviceType::CPU => "cpu",
+        _ => "other",
+    };
+    let v = p.api_version;
+    DeviceInfo {
+        name: text(&p.device_name),
+        kind,
+        driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)),
+        vulkan: format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v)),
+    }
+}
+
+fn watch(
+    entry: &ash::Entry,
+    instance: &ash::Instance,
+    messages: &Mutex<Vec<String>>,
+) -> Result<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT), GpuError> {
+    let functions = ash::ext::debug_utils::Instance::new(entry, instance);
+    let severity = vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR;
+    let kinds = vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE;
+    let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(severity)
+        .message_type(kinds)
+        .pfn_user_callback(Some(heard))
+        .user_data(std::ptr::from_ref(messages).cast_mut().cast());
+    // SAFETY: `messages` is boxed in the `Gpu` and outlives the messenger, which `Drop` destroys first.
+    let messenger =
+        unsafe { functions.create_debug_utils_messenger(&info, None) }.called("vkCreateDebugUtilsMessenger")?;
+    Ok((functions, messenger))
+}
+
+/// Writes down what the validation layer says.
+unsafe extern "system" fn heard(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: Vulkan passes the callback data it documents and our own pointer to a living mutex (see `watch`).
+    let (text, messages) = unsafe {
+        let message = (*data).p_message;
+        let text =
+            if message.is_null() { String::new() } else { CStr::from_ptr(message).to_string_lossy().into_owned() };
+        (text, &*user.cast::<Mutex<Vec<String>>>())
+    };
+    eprintln!("vulkan validation: {text}");
+    messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(text);
+    vk::FALSE
+}

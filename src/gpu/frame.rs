@@ -1,0 +1,274 @@
+//! A frame: passes in order, barriers derived, a time a pass.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use super::access::{Barrier, Use};
+use super::{Buffer, Called, Gpu, GpuError, Image};
+
+/// How long one pass took on the device.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct PassTime {
+    pub name: String,
+    pub ms: f64,
+}
+
+/// A command buffer being recorded.
+///
+/// Resources used by a frame must outlive [`Frame::finish`], which waits for the device; the borrow checker sees
+/// to it for what is borrowed by a pass chain, and owners keep their resources until then.
+pub struct Frame {
+    pub(super) gpu: Rc<Gpu>,
+    pub(super) commands: vk::CommandBuffer,
+    pub(super) descriptors: vk::DescriptorPool,
+    pool: vk::CommandPool,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+    passes: Vec<String>,
+}
+
+/// More passes than any frame has; two queries each.
+const MAX_PASSES: u32 = 128;
+
+impl Frame {
+    /// Starts recording.
+    ///
+    /// # Errors
+    /// What Vulkan said.
+    pub fn begin(gpu: &Rc<Gpu>) -> Result<Frame, GpuError> {
+        let device = &gpu.device;
+        let mut frame = Frame {
+            gpu: Rc::clone(gpu),
+            commands: vk::CommandBuffer::null(),
+            descriptors: vk::DescriptorPool::null(),
+            pool: vk::CommandPool::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            passes: Vec::new(),
+        };
+        let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.queue_family);
+        let sizes = [
+            (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, 1024),
+            (vk::DescriptorType::STORAGE_IMAGE, 512),
+            (vk::DescriptorType::STORAGE_BUFFER, 1024),
+            (vk::DescriptorType::UNIFORM_BUFFER, 256),
+        ]
+        .map(|(ty, descriptor_count)| vk::DescriptorPoolSize { ty, descriptor_count });
+        let descriptor_info = vk::DescriptorPoolCreateInfo::default().max_sets(2 * MAX_PASSES).pool_sizes(&sizes);
+        let query_info =
+            vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
+        // SAFETY: the device is alive and every info lives for its call; on an early return `Drop` destroys what
+        // was made and ignores what is null.
+        unsafe {
+            frame.pool = device.create_command_pool(&pool_info, None).called("vkCreateCommandPool")?;
+            let allocate = vk::CommandBufferAllocateInfo::default()
+                .command_pool(frame.pool)
+                .level(vk::CommandBufferLevel::PRIMARY)
+                .command_buffer_count(1);
+            frame.commands = device.allocate_command_buffers(&allocate).called("vkAllocateCommandBuffers")?[0];
+            frame.fence = device.create_fence(&Default::default(), None).called("vkCreateFence")?;
+            frame.descriptors =
+                device.create_descriptor_pool(&descriptor_info, None).called("vkCreateDescriptorPool")?;
+            frame.queries = device.create_query_pool(&query_info, None).called("vkCreateQueryPool")?;
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            device.begin_command_buffer(frame.commands, &begin).called("vkBeginCommandBuffer")?;
+            device.cmd_reset_query_pool(frame.commands, frame.queries, 0, 2 * MAX_PASSES);
+        }
+        Ok(frame)
+    }
+
+    /// Declares the next use of an image; the barrier, if one is due, is recorded.
+    pub(super) fn use_image(&mut self, image: &Image, next: Use) {
+        let (barrier, state) = image.state.get().then(next, true);
+        image.state.set(state);
+        let Some(barrier) = barrier else { return };
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: image.aspect,
+            base_mip_level: 0,
+            level_count: vk::REMAINING_MIP_LEVELS,
+            base_array_layer: 0,
+            layer_count: vk::REMAINING_ARRAY_LAYERS,
+        };
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(barrier.src_stage)
+            .src_access_mask(barrier.src_access)
+            .dst_stage_mask(barrier.dst_stage)
+            .dst_access_mask(barrier.dst_access)
+            .old_layout(barrier.old_layout)
+            .new_layout(barrier.new_layout)
+            .image(image.raw)
+            .subresource_range(range)];
+        self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+    }
+
+    /// Declares the next use of a buffer.
+    pub(super) fn use_buffer(&mut self, buffer: &Buffer, next: Use) {
+        let (barrier, state) = buffer.state.get().then(next, false);
+        buffer.state.set(state);
+        let Some(Barrier { src_stage, src_access, dst_stage, dst_access, .. }) = barrier else { return };
+        let barriers = [vk::BufferMemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(src_access)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(dst_access)
+            .buffer(buffer.raw)
+            .size(vk::WHOLE_SIZE)];
+        self.barrier(&vk::DependencyInfo::default().buffer_memory_barriers(&barriers));
+    }
+
+    fn barrier(&self, dependency: &vk::DependencyInfo<'_>) {
+        // SAFETY: recording has begun; the resources named outlive the frame (see the type's words).
+        unsafe { self.gpu.device.cmd_pipeline_barrier2(self.commands, dependency) };
+    }
+
+    /// Starts the clock of a pass and gives its index.
+    pub(super) fn start_pass(&mut self, name: &str) -> u32 {
+        let index = self.passes.len() as u32;
+        assert!(index < MAX_PASSES, "a frame has at most {MAX_PASSES} passes");
+        self.passes.push(name.to_owned());
+        self.stamp(2 * index);
+        index
+    }
+
+    /// Stops the clock of a pass.
+    pub(super) fn end_pass(&mut self, index: u32) {
+        self.stamp(2 * index + 1);
+    }
+
+    fn stamp(&self, query: u32) {
+        // SAFETY: the pool has `2 * MAX_PASSES` queries, reset at begin, each written once; never inside rendering.
+        unsafe {
+            self.gpu.device.cmd_write_timestamp2(
+                self.commands,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                self.queries,
+                query,
+            );
+        }
+    }
+
+    /// Sets every word of a buffer.
+    pub fn fill(&mut self, buffer: &Buffer, word: u32) {
+        self.use_buffer(buffer, Use::COPY_TARGET);
+        // SAFETY: whole buffer, whose size is a multiple of four by construction or rounded down by WHOLE_SIZE.
+        unsafe { self.gpu.device.cmd_fill_buffer(self.commands, buffer.raw, 0, vk::WHOLE_SIZE, word) };
+    }
+
+    /// Writes words at the start of a buffer.
+    pub fn write_words(&mut self, buffer: &Buffer, words: &[u32]) {
+        self.use_buffer(buffer, Use::COPY_TARGET);
+        // SAFETY: the words are copied into the command buffer; the caller's buffer holds as many (validation checks).
+        unsafe { self.gpu.device.cmd_update_buffer(self.commands, buffer.raw, 0, bytemuck::cast_slice(words)) };
+    }
+
+    /// Copies the whole of `from` to the start of `to`.
+    pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer) {
+        self.use_buffer(from, Use::COPY_SOURCE);
+        self.use_buffer(to, Use::COPY_TARGET);
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size().min(to.size()) };
+        // SAFETY: the region lies within both buffers.
+        unsafe { self.gpu.device.cmd_copy_buffer(self.commands, from.raw, to.raw, &[region]) };
+        self.use_buffer(to, Use::HOST_READ);
+    }
+
+    /// Copies tightly packed mip levels into a single-layer image.
+    pub(super) fn copy_to_image(&mut self, from: &Buffer, to: &Image, levels: &[Vec<u8>]) {
+        self.use_image(to, Use::COPY_TARGET);
+        let (width, height) = to.extent();
+        let mut offset = 0;
+        let mut regions = Vec::new();
+        for (mip, level) in levels.iter().enumerate() {
+            let extent = vk::Extent3D { width: (width >> mip).max(1), height: (height >> mip).max(1), depth: 1 };
+            regions.push(vk::BufferImageCopy::default().buffer_offset(offset).image_extent(extent).image_subresource(
+                vk::ImageSubresourceLayers {
+                    aspect_mask: to.aspect,
+                    mip_level: mip as u32,
+                    base_array_layer: 0,
+                    layer_count: 1,
+                },
+            ));
+            offset += level.len() as u64;
+        }
+        // SAFETY: each region is one level, and the levels together are the buffer.
+        unsafe {
+            self.gpu.device.cmd_copy_buffer_to_image(
+                self.commands,
+                from.raw,
+                to.raw,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &regions,
+            );
+        }
+        self.use_image(to, Use::SAMPLED_FRAGMENT);
+    }
+
+    /// Copies mip 0 of every layer into a readback buffer, layer after layer, tightly packed.
+    pub fn copy_image(&mut self, from: &Image, to: &Buffer) {
+        self.use_image(from, Use::COPY_SOURCE);
+        self.use_buffer(to, Use::COPY_TARGET);
+        let (width, height) = from.extent();
+        let region = vk::BufferImageCopy::default()
+            .image_extent(vk::Extent3D { width, height, depth: 1 })
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: from.aspect,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: from.desc().layers,
+            });
+        // SAFETY: the caller sized the buffer for the image; validation checks it in tests.
+        unsafe {
+            self.gpu.device.cmd_copy_image_to_buffer(
+                self.commands,
+                from.raw,
+                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                to.raw,
+                &[region],
+            );
+        }
+        self.use_buffer(to, Use::HOST_READ);
+    }
+
+    /// Submits, waits, and gives the time of every pass in order.
+    ///
+    /// # Errors
+    /// What Vulkan said, device loss included.
+    pub fn finish(self) -> Result<Vec<PassTime>, GpuError> {
+        let device = &self.gpu.device;
+        // SAFETY: recording has begun and nothing else uses these handles; the fence is waited for before anything
+        // of the frame is destroyed.
+        unsafe {
+            device.end_command_buffer(self.commands).called("vkEndCommandBuffer")?;
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+            device.queue_submit2(self.gpu.queue, &submit, self.fence).called("vkQueueSubmit2")?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX).called("vkWaitForFences")?;
+        }
+        let mut ticks = vec![0u64; 2 * self.passes.len()];
+        if !ticks.is_empty() {
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+            // SAFETY: these queries were written by the commands that have just finished.
+            unsafe { device.get_query_pool_results(self.queries, 0, &mut ticks, flags) }
+                .called("vkGetQueryPoolResults")?;
+        }
+        let period = f64::from(self.gpu.timestamp_period_ns);
+        let times = self.passes.iter().zip(ticks.chunks_exact(2));
+        Ok(times
+            .map(|(name, t)| PassTime { name: name.clone(), ms: t[1].saturating_sub(t[0]) as f64 * period * 1e-6 })
+            .collect())
+    }
+}
+
+impl Drop for Frame {
+    fn drop(&mut self) {
+        // SAFETY: either never submitted or waited for in `finish` (device loss aside, after which destruction is
+        // allowed); null handles are ignored.
+        unsafe {
+            let device = &self.gpu.device;
+            device.destroy_query_pool(self.queries, None);
+            device.destroy_descriptor_pool(self.descriptors, None);
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Images: two layers for what both eyes have, one for textures.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+use super::access::State;
+use super::{Buffer, Called, Frame, Gpu, GpuError};
+
+/// What an image is.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageDesc {
+    pub width: u32,
+    pub height: u32,
+    /// 2 = one an eye.
+    pub layers: u32,
+    pub mips: u32,
+    pub format: vk::Format,
+    pub usage: vk::ImageUsageFlags,
+}
+
+impl ImageDesc {
+    /// Two layers, written by one compute pass and read by others.
+    pub fn stereo(width: u32, height: u32, format: vk::Format) -> ImageDesc {
+        ImageDesc {
+            width,
+            height,
+            layers: 2,
+            mips: 1,
+            format,
+            usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC,
+        }
+    }
+
+    /// Two layers drawn into, then read.
+    pub fn stereo_target(width: u32, height: u32, format: vk::Format) -> ImageDesc {
+        let attachment = match format {
+            vk::Format::D32_SFLOAT => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            _ => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        };
+        let usage = attachment | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC;
+        ImageDesc { usage, ..ImageDesc::stereo(width, height, format) }
+    }
+
+    /// One layer with its mip chain, filled by copies, sampled.
+    pub fn texture(width: u32, height: u32, mips: u32, format: vk::Format) -> ImageDesc {
+        let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+        ImageDesc { width, height, layers: 1, mips, format, usage }
+    }
+}
+
+/// An image with the views that passes need.
+pub struct Image {
+    pub(super) raw: vk::Image,
+    /// All layers and mips.
+    pub(super) view: vk::ImageView,
+    /// All layers of one mip, for storage.
+    pub(super) mip_views: Vec<vk::ImageView>,
+    /// One layer of mip 0, for attachments.
+    pub(super) layer_views: Vec<vk::ImageView>,
+    pub(super) state: Cell<State>,
+    pub(super) aspect: vk::ImageAspectFlags,
+    desc: ImageDesc,
+    allocation: RefCell<Option<Allocation>>,
+    gpu: Rc<Gpu>,
+}
+
+impl Image {
+    /// Content undefined.
+    ///
+    /// # Errors
+    /// [`GpuError::Memory`] when the device has none left.
+    pub fn new(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc) -> Result<Image, GpuError> {
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(desc.format)
+            .extent(vk::Extent3D { width: desc.width, height: desc.height, depth: 1 })
+            .mip_levels(desc.mips)
+            .array_layers(desc.layers)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(desc.usage)
+            .initial_layout(vk::ImageLayout::UNDEFINED);
+        // SAFETY: the device is alive; `info` lives for the call.
+        let raw = unsafe { gpu.device.create_image(&info, None) }.called("vkCreateImage")?;
+        let aspect = match desc.format {
+            vk::Format::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
+            _ => vk::ImageAspectFlags::COLOR,
+        };
+        let mut image = Image {
+            raw,
+            view: vk::ImageView::null(),
+            mip_views: Vec::new(),
+            layer_views: Vec::new(),
+            state: Cell::new(State::NEW),
+            aspect,
+            desc,
+            allocation: RefCell::new(None),
+            gpu: Rc::clone(gpu),
+        };
+        // SAFETY: `raw` was just made by this device.
+        let requirements = unsafe { gpu.device.get_image_memory_requirements(raw) };
+        let allocation = gpu.allocate(what, requirements, MemoryLocation::GpuOnly, false)?;
+        // SAFETY: memory and offset come from the allocator for exactly these requirements, bound once.
+        unsafe { gpu.device.bind_image_memory(raw, allocation.memory(), allocation.offset()) }
+            .called("vkBindImageMemory")?;
+        *image.allocation.borrow_mut() = Some(allocation);
+
+        image.view = image.make_view(0..desc.mips, 0..desc.layers)?;
+        if desc.usage.contains(vk::ImageUsageFlags::STORAGE) {
+            for mip in 0..desc.mips {
+                let view = image.make_view(mip..mip + 1, 0..desc.layers)?;
+                image.mip_views.push(view);
+            }
+        }
+        let attachment = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
+        if desc.usage.intersects(attachment) {
+            for layer in 0..desc.layers {
+                let view = image.make_view(0..1, layer..layer + 1)?;
+                image.layer_views.push(view);
+            }
+        }
+        Ok(image)
+    }
+
+    /// A sampled texture: `levels[mip]` has the texels of one mip, tightly packed.
+    ///
+    /// # Errors
+    /// As [`Image::new`], or what the copy said.
+    pub fn with_content(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, levels: &[Vec<u8>]) -> Result<Image, GpuError> {
+        let image = Image::new(gpu, what, desc)?;
+        let bytes: Vec<u8> = levels.concat();
+        let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
+        staging.write(&bytes);
+        let mut frame = Frame::begin(gpu)?;
+        frame.copy_to_image(&staging, &image, levels);
+        frame.finish()?;
+        Ok(image)
+    }
+
+    fn make_view(&self, mips: std::ops::Range<u32>, layers: std::ops::Range<u32>) -> Result<vk::ImageView, GpuError> {
+        let kind = match self.desc.layers {
+            1 => vk::ImageViewType::TYPE_2D,
+            _ => vk::ImageViewType::TYPE_2D_ARRAY,
+        };
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: self.aspect,
+            base_mip_level: mips.start,
+            level_count: mips.end - mips.start,
+            base_array_layer: layers.start,
+            layer_count: layers.end - layers.start,
+        };
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(kind)
+            .format(self.desc.format)
+            .subresource_range(range);
+        // SAFETY: the image is alive and bound; the range lies within it.
+        unsafe { self.gpu.device.create_image_view(&info, None) }.called("vkCreateImageView")
+    }
+
+    /// Width and height of mip 0.
+    pub fn extent(&self) -> (u32, u32) {
+        (self.desc.width, self.desc.height)
+    }
+
+    /// As it was made.
+    pub fn desc(&self) -> &ImageDesc {
+        &self.desc
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        // SAFETY: frames wait before they return, so nothing on the device uses image or views any more;
+        // destroying a null view is allowed.
+        unsafe {
+            for &view in self.mip_views.iter().chain(&self.layer_views) {
+                self.gpu.device.destroy_image_view(view, None);
+            }
+            self.gpu.device.destroy_image_view(self.view, None);
+            self.gpu.device.destroy_image(self.raw, None);
+        }
+        if let Some(allocation) = self.allocation.borrow_mut().take() {
+            self.gpu.free(allocation);
+        }
+    }
+}

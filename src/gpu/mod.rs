@@ -1,0 +1,60 @@
+//! The thin Vulkan 1.3 layer: a device, its memory, passes whose barriers follow from what they read and write.
+//!
+//! Nothing here knows of scenes or reflections. One queue, one thread: owners are `Rc`, tracked state is `Cell`.
+
+mod access;
+mod buffer;
+mod context;
+mod create;
+mod frame;
+mod image;
+mod pass;
+mod raster;
+mod texture;
+
+pub use access::Use;
+pub use buffer::Buffer;
+pub use context::{DeviceInfo, Gpu, GpuOptions};
+pub use create::{Creator, OwnDevice, list_devices};
+pub use frame::{Frame, PassTime};
+pub use image::{Image, ImageDesc};
+pub use pass::{ComputePass, Dispatch};
+pub use raster::{Draws, Geometry, Input, RasterPass, RasterPassDesc, Target, Targets};
+pub use texture::{Filter, MaterialSets, Sampler};
+
+/// What can go wrong below the renderer.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No Vulkan loader on the machine.
+    #[error("no Vulkan loader was found ({0}); `./x doctor` names the package that brings it")]
+    NoLoader(String),
+    /// A loader, but nothing that can render.
+    #[error("no Vulkan 1.3 device was found{0}; `cyclopean doctor` says what is missing")]
+    NoDevice(String),
+    /// The device lacks something that the renderer cannot do without.
+    #[error("device `{device}` lacks {what}, which this renderer needs")]
+    Lacks { device: String, what: String },
+    /// Validation was asked for and is not installed.
+    #[error("the Vulkan validation layer is not installed (Debian: vulkan-validationlayers)")]
+    NoValidation,
+    /// A Vulkan call failed.
+    #[error("{call} failed: {result}")]
+    Vulkan { call: &'static str, result: ash::vk::Result },
+    /// Device memory could not be had.
+    #[error("no device memory for {what} ({bytes} bytes): {reason}")]
+    Memory { what: String, bytes: u64, reason: String },
+    /// The validation layer spoke.
+    #[error("the Vulkan validation layer gave {count} message(s); the first: {first}")]
+    Validation { count: usize, first: String },
+}
+
+/// Names the call in the error.
+pub(crate) trait Called<T> {
+    fn called(self, call: &'static str) -> Result<T, GpuError>;
+}
+
+impl<T> Called<T> for Result<T, ash::vk::Result> {
+    fn called(self, call: &'static str) -> Result<T, GpuError> {
+        self.map_err(|result| GpuError::Vulkan { call, result })
+    }
+}

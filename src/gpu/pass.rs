@@ -1,0 +1,299 @@
+//! A compute pass: one shader; its pipeline is made from what the first dispatch binds.
+//!
+//! ```ignore
+//! frame.compute(&self.trace).sampled(&pyramid).write(&hits).constants(&params).dispatch_stereo(extent)?;
+//! ```
+//! Bindings count up in the order of the chain, set 0. The barriers follow from the words `sampled`, `write`, ….
+
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use ash::vk;
+
+use super::access::Use;
+use super::texture::set_layout;
+use super::{Buffer, Called, Frame, Gpu, GpuError, Image, Sampler};
+
+/// A compute shader with its specialisation.
+pub struct ComputePass {
+    name: &'static str,
+    module: vk::ShaderModule,
+    specialization: Vec<u32>,
+    pipeline: OnceCell<Pipeline>,
+    gpu: Rc<Gpu>,
+}
+
+struct Pipeline {
+    kinds: Vec<vk::DescriptorType>,
+    constant_bytes: u32,
+    set_layout: vk::DescriptorSetLayout,
+    layout: vk::PipelineLayout,
+    raw: vk::Pipeline,
+}
+
+impl ComputePass {
+    /// `specialization[i]` is the value of constant id i, as a word (booleans are 0 or 1).
+    ///
+    /// # Errors
+    /// What Vulkan said of the module.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        name: &'static str,
+        spirv: &[u32],
+        specialization: &[u32],
+    ) -> Result<ComputePass, GpuError> {
+        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
+        // SAFETY: `spirv` is what the shader compiler made at build time.
+        let module = unsafe { gpu.device.create_shader_module(&info, None) }.called("vkCreateShaderModule")?;
+        let specialization = specialization.to_vec();
+        Ok(ComputePass { name, module, specialization, pipeline: OnceCell::new(), gpu: Rc::clone(gpu) })
+    }
+
+    fn pipeline(&self, kinds: &[vk::DescriptorType], constant_bytes: u32) -> Result<&Pipeline, GpuError> {
+        if let Some(pipeline) = self.pipeline.get() {
+            assert_eq!(pipeline.kinds, kinds, "`{}` is always bound alike", self.name);
+            assert_eq!(pipeline.constant_bytes, constant_bytes, "`{}` always has the same constants", self.name);
+            return Ok(pipeline);
+        }
+        let made = self.make(kinds.to_vec(), constant_bytes)?;
+        Ok(self.pipeline.get_or_init(|| made))
+    }
+
+    fn make(&self, kinds: Vec<vk::DescriptorType>, constant_bytes: u32) -> Result<Pipeline, GpuError> {
+        let device = &self.gpu.device;
+        // SAFETY: the device is alive, infos live for their calls. A failure half-way leaks two small layouts and
+        // ends the program.
+        unsafe {
+            let set_layout = set_layout(&self.gpu, &kinds, vk::ShaderStageFlags::COMPUTE)?;
+            let set_layouts = [set_layout];
+            let ranges =
+                [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::COMPUTE, offset: 0, size: constant_bytes }];
+            let layout_info = vk::PipelineLayoutCreateInfo::default()
+                .set_layouts(&set_layouts)
+                .push_constant_ranges(if constant_bytes > 0 { &ranges } else { &[] });
+            let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
+            let entries: Vec<_> = (0..self.specialization.len())
+                .map(|i| vk::SpecializationMapEntry { constant_id: i as u32, offset: 4 * i as u32, size: 4 })
+                .collect();
+            let specialization = vk::SpecializationInfo::default()
+                .map_entries(&entries)
+                .data(bytemuck::cast_slice(&self.specialization));
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(self.module)
+                .name(c"main")
+                .specialization_info(&specialization);
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+            let raw = device
+                .create_compute_pipelines(self.gpu.pipeline_cache, &info, None)
+                .map_err(|(_, result)| result)
+                .called("vkCreateComputePipelines")?[0];
+            Ok(Pipeline { kinds, constant_bytes, set_layout, layout, raw })
+        }
+    }
+}
+
+impl Drop for ComputePass {
+    fn drop(&mut self) {
+        // SAFETY: frames wait before they return, so no command buffer uses these any more.
+        unsafe {
+            let device = &self.gpu.device;
+            if let Some(p) = self.pipeline.get() {
+                device.destroy_pipeline(p.raw, None);
+                device.destroy_pipeline_layout(p.layout, None);
+                device.destroy_descriptor_set_layout(p.set_layout, None);
+            }
+            device.destroy_shader_module(self.module, None);
+        }
+    }
+}
+
+/// A resource as a descriptor.
+pub(super) enum Bound {
+    Image(vk::DescriptorType, vk::DescriptorImageInfo),
+    Buffer(vk::DescriptorType, vk::DescriptorBufferInfo),
+}
+
+impl Bound {
+    pub(super) fn sampled(image: &Image, sampler: &Sampler) -> Bound {
+        let info = vk::DescriptorImageInfo {
+            sampler: sampler.raw,
+            image_view: image.view,
+            image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        };
+        Bound::Image(vk::DescriptorType::COMBINED_IMAGE_SAMPLER, info)
+    }
+
+    pub(super) fn buffer(buffer: &Buffer, kind: vk::DescriptorType) -> Bound {
+        Bound::Buffer(kind, vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE })
+    }
+
+    pub(super) fn kind(&self) -> vk::DescriptorType {
+        match self {
+            Bound::Image(kind, _) | Bound::Buffer(kind, _) => *kind,
+        }
+    }
+}
+
+impl Frame {
+    /// A set of the frame's own pool with these descriptors; it lives as long as the frame.
+    pub(super) fn bind(&self, layout: vk::DescriptorSetLayout, bound: &[Bound]) -> Result<vk::DescriptorSet, GpuError> {
+        let layouts = [layout];
+        let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
+        // SAFETY: pool and layout are alive.
+        let set = unsafe { self.gpu.device.allocate_descriptor_sets(&allocate) }.called("vkAllocateDescriptorSets")?[0];
+        let writes: Vec<_> = bound
+            .iter()
+            .enumerate()
+            .map(|(i, bound)| {
+                let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(i as u32);
+                match bound {
+                    Bound::Image(kind, info) => write.descriptor_type(*kind).image_info(std::slice::from_ref(info)),
+                    Bound::Buffer(kind, info) => write.descriptor_type(*kind).buffer_info(std::slice::from_ref(info)),
+                }
+            })
+            .collect();
+        // SAFETY: the set is new, so no command uses it yet; the infos live for the call.
+        unsafe { self.gpu.device.update_descriptor_sets(&writes, &[]) };
+        Ok(set)
+    }
+}
+
+/// A dispatch being declared.
+#[must_use = "a pass does nothing until it is dispatched"]
+pub struct Dispatch<'f> {
+    frame: &'f mut Frame,
+    pass: &'f ComputePass,
+    bound: Vec<Bound>,
+    constants: Vec<u8>,
+}
+
+impl Frame {
+    /// Declares a dispatch of `pass`.
+    pub fn compute<'f>(&'f mut self, pass: &'f ComputePass) -> Dispatch<'f> {
+        Dispatch { frame: self, pass, bound: Vec::new(), constants: Vec::new() }
+    }
+}
+
+impl<'f> Dispatch<'f> {
+    /// A `sampler2D`/`sampler2DArray` (or its integer kinds) that is fetched or filtered.
+    pub fn sampled(mut self, image: &'f Image, sampler: &'f Sampler) -> Self {
+        self.frame.use_image(image, Use::SAMPLED);
+        self.bound.push(Bound::sampled(image, sampler));
+        self
+    }
+
+    /// A storage image, mip 0, every texel written before any is read again.
+    pub fn write(self, image: &'f Image) -> Self {
+        self.storage(image, 0, Use::STORAGE_WRITE)
+    }
+
+    /// One mip of a storage image.
+    pub fn write_mip(self, image: &'f Image, mip: usize) -> Self {
+        self.storage(image, mip, Use::STORAGE_WRITE)
+    }
+
+    /// A storage image that the pass adds to.
+    pub fn read_write(self, image: &'f Image) -> Self {
+        self.storage(image, 0, Use::STORAGE_READ_WRITE)
+    }
+
+    fn storage(mut self, image: &'f Image, mip: usize, how: Use) -> Self {
+        // The mips of one image written by one pass are one use of the image.
+        let again = self.bound.iter().any(|b| match b {
+            Bound::Image(_, info) => image.mip_views.contains(&info.image_view),
+            Bound::Buffer(..) => false,
+        });
+        if !again {
+            self.frame.use_image(image, how);
+        }
+        let info = vk::DescriptorImageInfo {
+            sampler: vk::Sampler::null(),
+            image_view: image.mip_views[mip],
+            image_layout: vk::ImageLayout::GENERAL,
+        };
+        self.bound.push(Bound::Image(vk::DescriptorType::STORAGE_IMAGE, info));
+        self
+    }
+
+    /// A storage buffer that is read.
+    pub fn read_buffer(self, buffer: &'f Buffer) -> Self {
+        self.buffer(buffer, vk::DescriptorType::STORAGE_BUFFER, Use::STORAGE_READ)
+    }
+
+    /// A storage buffer that is written, or read and written.
+    pub fn write_buffer(self, buffer: &'f Buffer) -> Self {
+        self.buffer(buffer, vk::DescriptorType::STORAGE_BUFFER, Use::STORAGE_READ_WRITE)
+    }
+
+    /// A uniform buffer.
+    pub fn uniform(self, buffer: &'f Buffer) -> Self {
+        self.buffer(buffer, vk::DescriptorType::UNIFORM_BUFFER, Use::UNIFORM)
+    }
+
+    fn buffer(mut self, buffer: &'f Buffer, kind: vk::DescriptorType, how: Use) -> Self {
+        self.frame.use_buffer(buffer, how);
+        self.bound.push(Bound::buffer(buffer, kind));
+        self
+    }
+
+    /// Push constants, at most 128 bytes.
+    pub fn constants<T: bytemuck::NoUninit>(mut self, constants: &T) -> Self {
+        self.constants = bytemuck::bytes_of(constants).to_vec();
+        self
+    }
+
+    /// One invocation a pixel and eye, in groups of 8×8×1 (the shader's local size).
+    ///
+    /// # Errors
+    /// What Vulkan said of the pipeline or its descriptors.
+    pub fn dispatch_stereo(self, (width, height): (u32, u32)) -> Result<(), GpuError> {
+        self.dispatch(width.div_ceil(8), height.div_ceil(8), 2)
+    }
+
+    /// So many groups.
+    ///
+    /// # Errors
+    /// As [`Dispatch::dispatch_stereo`].
+    pub fn dispatch(self, x: u32, y: u32, z: u32) -> Result<(), GpuError> {
+        self.record(|device, commands| {
+            // SAFETY: pipeline and descriptors were bound just before (see `record`).
+            unsafe { device.cmd_dispatch(commands, x, y, z) }
+        })
+    }
+
+    /// As many groups as the three words at `offset` of `arguments` say.
+    ///
+    /// # Errors
+    /// As [`Dispatch::dispatch_stereo`].
+    pub fn dispatch_indirect(self, arguments: &'f Buffer, offset: u64) -> Result<(), GpuError> {
+        self.frame.use_buffer(arguments, Use::INDIRECT);
+        let raw = arguments.raw;
+        self.record(|device, commands| {
+            // SAFETY: as above; a pass of ours has written three words at `offset`.
+            unsafe { device.cmd_dispatch_indirect(commands, raw, offset) }
+        })
+    }
+
+    fn record(self, dispatch: impl FnOnce(&ash::Device, vk::CommandBuffer)) -> Result<(), GpuError> {
+        let kinds: Vec<_> = self.bound.iter().map(Bound::kind).collect();
+        let pipeline = self.pass.pipeline(&kinds, self.constants.len() as u32)?;
+        let gpu = Rc::clone(&self.frame.gpu);
+        let device = &gpu.device;
+        let set = self.frame.bind(pipeline.set_layout, &self.bound)?;
+        let index = self.frame.start_pass(self.pass.name);
+        let commands = self.frame.commands;
+        // SAFETY: handles are alive and the layout is the pipeline's own.
+        unsafe {
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
+            device.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, pipeline.layout, 0, &[set], &[]);
+            if !self.constants.is_empty() {
+                let stages = vk::ShaderStageFlags::COMPUTE;
+                device.cmd_push_constants(commands, pipeline.layout, stages, 0, &self.constants);
+            }
+        }
+        dispatch(device, commands);
+        self.frame.end_pass(index);
+        Ok(())
+    }
+}

@@ -1,0 +1,345 @@
+//! A raster pass: one graphics pipeline, drawn into one layer at a time.
+//!
+//! Each eye is a pass of its own: multiview draws wrong layers on Mesa 22.3 and saves nothing on a software device.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use super::access::Use;
+use super::pass::Bound;
+use super::texture::set_layout;
+use super::{Buffer, Called, Frame, Gpu, GpuError, Image, MaterialSets, Sampler};
+
+/// What a raster pipeline is made of.
+pub struct RasterPassDesc<'a> {
+    pub name: &'static str,
+    pub vertex: &'a [u32],
+    pub fragment: &'a [u32],
+    /// Constant id i of both stages.
+    pub specialization: &'a [u32],
+    /// Bytes a vertex; attribute formats with their offsets, location by location.
+    pub vertex_stride: u32,
+    pub attributes: &'a [(vk::Format, u32)],
+    pub colors: &'a [vk::Format],
+    /// Bytes of push constants, both stages.
+    pub constant_bytes: u32,
+    /// Kinds of the inputs, set 0.
+    pub inputs: &'a [vk::DescriptorType],
+    /// Set 1.
+    pub materials: &'a MaterialSets,
+}
+
+/// What the stages of a raster pass read, binding by binding.
+pub enum Input<'a> {
+    /// A storage buffer.
+    Buffer(&'a Buffer),
+    /// A sampled image.
+    Image(&'a Image, &'a Sampler),
+}
+
+impl Input<'_> {
+    /// [`Input::Buffer`] in a descriptor layout.
+    pub const BUFFER: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
+    /// [`Input::Image`] in a descriptor layout.
+    pub const IMAGE: vk::DescriptorType = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
+}
+
+/// A graphics pipeline with reverse-Z depth; culling is set per draw.
+pub struct RasterPass {
+    name: &'static str,
+    input_layout: vk::DescriptorSetLayout,
+    layout: vk::PipelineLayout,
+    raw: vk::Pipeline,
+    gpu: Rc<Gpu>,
+}
+
+impl RasterPass {
+    /// # Errors
+    /// What Vulkan said.
+    pub fn new(gpu: &Rc<Gpu>, desc: &RasterPassDesc<'_>) -> Result<RasterPass, GpuError> {
+        let device = &gpu.device;
+        let entries: Vec<_> = (0..desc.specialization.len())
+            .map(|i| vk::SpecializationMapEntry { constant_id: i as u32, offset: 4 * i as u32, size: 4 })
+            .collect();
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(desc.specialization));
+        let bindings = [vk::VertexInputBindingDescription {
+            binding: 0,
+            stride: desc.vertex_stride,
+            input_rate: vk::VertexInputRate::VERTEX,
+        }];
+        let attributes: Vec<_> = desc
+            .attributes
+            .iter()
+            .enumerate()
+            .map(|(location, &(format, offset))| vk::VertexInputAttributeDescription {
+                location: location as u32,
+                binding: 0,
+                format,
+                offset,
+            })
+            .collect();
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&bindings)
+            .vertex_attribute_descriptions(&attributes);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0);
+        let multisample =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_write_enable(true)
+            .depth_compare_op(vk::CompareOp::GREATER);
+        let blends: Vec<_> = desc
+            .colors
+            .iter()
+            .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
+            .collect();
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+        let dynamic_states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR, vk::DynamicState::CULL_MODE];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(desc.colors)
+            .depth_attachment_format(vk::Format::D32_SFLOAT);
+        let module = |code: &[u32]| {
+            let info = vk::ShaderModuleCreateInfo::default().code(code);
+            // SAFETY: `code` is what the shader compiler made at build time.
+            unsafe { device.create_shader_module(&info, None) }.called("vkCreateShaderModule")
+        };
+        let (vertex, fragment) = (module(desc.vertex)?, module(desc.fragment)?);
+        let stage = |flag, module| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(flag)
+                .module(module)
+                .name(c"main")
+                .specialization_info(&specialization)
+        };
+        let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
+        let both_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let input_layout = set_layout(gpu, desc.inputs, both_stages)?;
+        let set_layouts = [input_layout, desc.materials.layout];
+        let ranges = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+            offset: 0,
+            size: desc.constant_bytes,
+        }];
+        let layout_info =
+            vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&ranges);
+        // SAFETY: everything pointed to lives for these calls; the modules may go once the pipeline is made.
+        unsafe {
+            let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
+            let info = [vk::GraphicsPipelineCreateInfo::default()
+                .stages(&stages)
+                .vertex_input_state(&vertex_input)
+                .input_assembly_state(&assembly)
+                .viewport_state(&viewport)
+                .rasterization_state(&rasterization)
+                .multisample_state(&multisample)
+                .depth_stencil_state(&depth)
+                .color_blend_state(&blend)
+                .dynamic_state(&dynamic)
+                .layout(layout)
+                .push_next(&mut rendering)];
+            let made = device.create_graphics_pipelines(gpu.pipeline_cache, &info, None);
+            device.destroy_shader_module(vertex, None);
+            device.destroy_shader_module(fragment, None);
+            let raw = made.map_err(|(_, result)| result).called("vkCreateGraphicsPipelines")?[0];
+            Ok(RasterPass { name: desc.name, input_layout, layout, raw, gpu: Rc::clone(gpu) })
+        }
+    }
+}
+
+impl Drop for RasterPass {
+    fn drop(&mut self) {
+        // SAFETY: frames wait before they return, so no command buffer uses these any more.
+        unsafe {
+            self.gpu.device.destroy_pipeline(self.raw, None);
+            self.gpu.device.destroy_pipeline_layout(self.layout, None);
+            self.gpu.device.destroy_descriptor_set_layout(self.input_layout, None);
+        }
+    }
+}
+
+/// An attachment and what it is cleared to.
+pub struct Target<'a> {
+    pub image: &'a Image,
+    pub clear: vk::ClearColorValue,
+}
+
+impl<'a> Target<'a> {
+    /// Cleared to zero, whatever the format.
+    pub fn zeroed(image: &'a Image) -> Target<'a> {
+        Target { image, clear: vk::ClearColorValue { uint32: [0; 4] } }
+    }
+}
+
+/// What a raster pass draws into.
+#[derive(Clone, Copy)]
+pub struct Targets<'a> {
+    pub colors: &'a [Target<'a>],
+    pub depth: &'a Image,
+}
+
+/// What a raster pass draws.
+#[derive(Clone, Copy)]
+pub struct Geometry<'a> {
+    pub vertices: &'a Buffer,
+    pub indices: &'a Buffer,
+    pub materials: &'a MaterialSets,
+}
+
+/// Draws being recorded into one layer.
+pub struct Draws<'a> {
+    gpu: &'a Gpu,
+    commands: vk::CommandBuffer,
+    layout: vk::PipelineLayout,
+    materials: &'a MaterialSets,
+    material: Option<usize>,
+    cull: Option<vk::CullModeFlags>,
+}
+
+impl Frame {
+    /// Draws one layer of the targets, cleared first (depth to 0, infinitely far); `draw` issues the draws.
+    ///
+    /// # Errors
+    /// What Vulkan said of the descriptors.
+    pub fn raster(
+        &mut self,
+        pass: &RasterPass,
+        layer: usize,
+        targets: &Targets<'_>,
+        inputs: &[Input<'_>],
+        geometry: &Geometry<'_>,
+        draw: impl FnOnce(&mut Draws<'_>),
+    ) -> Result<(), GpuError> {
+        let Targets { colors, depth } = *targets;
+        let mut bound = Vec::new();
+        for input in inputs {
+            bound.push(match input {
+                Input::Buffer(buffer) => {
+                    self.use_buffer(buffer, Use::STORAGE_READ_RASTER);
+                    Bound::buffer(buffer, Input::BUFFER)
+                }
+                Input::Image(image, sampler) => {
+                    self.use_image(image, Use::SAMPLED_FRAGMENT);
+                    Bound::sampled(image, sampler)
+                }
+            });
+        }
+        let set = self.bind(pass.input_layout, &bound)?;
+        for target in colors {
+            self.use_image(target.image, Use::COLOR);
+        }
+        self.use_image(depth, Use::DEPTH);
+        let (width, height) = depth.extent();
+        let area = vk::Rect2D { offset: vk::Offset2D { x: 0, y: 0 }, extent: vk::Extent2D { width, height } };
+        let attachments: Vec<_> = colors
+            .iter()
+            .map(|t| {
+                vk::RenderingAttachmentInfo::default()
+                    .image_view(t.image.layer_views[layer])
+                    .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+                    .load_op(vk::AttachmentLoadOp::CLEAR)
+                    .store_op(vk::AttachmentStoreOp::STORE)
+                    .clear_value(vk::ClearValue { color: t.clear })
+            })
+            .collect();
+        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+        let depth_attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(depth.layer_views[layer])
+            .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(far);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&attachments)
+            .depth_attachment(&depth_attachment);
+        // Negative height: y points up in clip space, row 0 is the image's top.
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: height as f32,
+            width: width as f32,
+            height: -(height as f32),
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let index = self.start_pass(pass.name);
+        let gpu = Rc::clone(&self.gpu);
+        let device = &gpu.device;
+        let commands = self.commands;
+        // SAFETY: attachments are in the declared layouts (barriers above), handles outlive the frame.
+        unsafe {
+            device.cmd_begin_rendering(commands, &info);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pass.raw);
+            device.cmd_set_viewport(commands, 0, &[viewport]);
+            device.cmd_set_scissor(commands, 0, &[area]);
+            device.cmd_bind_vertex_buffers(commands, 0, &[geometry.vertices.raw], &[0]);
+            device.cmd_bind_index_buffer(commands, geometry.indices.raw, 0, vk::IndexType::UINT32);
+            device.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::GRAPHICS, pass.layout, 0, &[set], &[]);
+        }
+        let mut draws = Draws {
+            gpu: &gpu,
+            commands,
+            layout: pass.layout,
+            materials: geometry.materials,
+            material: None,
+            cull: None,
+        };
+        draw(&mut draws);
+        // SAFETY: rendering was begun above.
+        unsafe { device.cmd_end_rendering(commands) };
+        self.end_pass(index);
+        Ok(())
+    }
+}
+
+impl Draws<'_> {
+    /// Push constants for the draws that follow.
+    pub fn constants<T: bytemuck::NoUninit>(&mut self, constants: &T) {
+        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        // SAFETY: inside rendering with the pipeline bound; validation checks the size in tests.
+        unsafe {
+            self.gpu.device.cmd_push_constants(self.commands, self.layout, stages, 0, bytemuck::bytes_of(constants));
+        }
+    }
+
+    /// Draws `count` indices from `first`; `instance` arrives as `gl_InstanceIndex`.
+    pub fn indexed(
+        &mut self,
+        material: usize,
+        cull: vk::CullModeFlags,
+        first: u32,
+        count: u32,
+        vertex: i32,
+        instance: u32,
+    ) {
+        // SAFETY: inside rendering with the pipeline bound; ranges come from the same upload that made the buffers.
+        unsafe {
+            let device = &self.gpu.device;
+            if self.material != Some(material) {
+                self.material = Some(material);
+                device.cmd_bind_descriptor_sets(
+                    self.commands,
+                    vk::PipelineBindPoint::GRAPHICS,
+                    self.layout,
+                    1,
+                    &[self.materials.sets[material]],
+                    &[],
+                );
+            }
+            if self.cull != Some(cull) {
+                self.cull = Some(cull);
+                device.cmd_set_cull_mode(self.commands, cull);
+            }
+            device.cmd_draw_indexed(self.commands, count, 1, first, vertex, instance);
+        }
+    }
+}

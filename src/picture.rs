@@ -1,0 +1,166 @@
+//! Stereo pictures on disk: multi-view OpenEXR (linear) and side-by-side PNG (display). No GPU needed.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::files::{self, WriteError};
+use exr::prelude as exr_io;
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
+
+use crate::scene::Eye;
+
+/// RGB of both eyes, linear Rec. 709, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StereoPicture {
+    pub width: u32,
+    pub height: u32,
+    /// By eye, row-major.
+    pub eyes: [Vec<[f32; 3]>; 2],
+}
+
+/// A picture could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error("cannot read {}: {reason}", path.display())]
+    Read { path: PathBuf, reason: String },
+    #[error("cannot encode {}: {reason}", path.display())]
+    Encode { path: PathBuf, reason: String },
+}
+
+/// Names of the views, in layer order; the first is the default view.
+const VIEWS: [&str; 2] = ["left", "right"];
+
+/// One part of a multi-view file: the colour itself, or a named layer beside it.
+pub struct Part<'a> {
+    /// Empty for the colour; else the layer's name, such as `reflection`.
+    pub layer: &'a str,
+    pub picture: &'a StereoPicture,
+}
+
+/// The channel of a view by OpenEXR's multi-view convention: the default view's colour has bare names, everything
+/// else is `layer.view.channel`.
+fn channel_name(layer: &str, eye: Eye, channel: &str) -> String {
+    let view = VIEWS[eye.layer()];
+    match (layer, eye) {
+        ("", Eye::Left) => channel.to_owned(),
+        ("", Eye::Right) => format!("{view}.{channel}"),
+        (layer, _) => format!("{layer}.{view}.{channel}"),
+    }
+}
+
+/// Writes a multi-view EXR: 32-bit floats, ZIP; all parts have one size.
+///
+/// # Errors
+/// [`PictureError`] naming the file.
+pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
+    let encode = |reason: String| PictureError::Encode { path: path.to_owned(), reason };
+    let first = parts.first().ok_or_else(|| encode("no picture".to_owned()))?.picture;
+    let size = exr_io::Vec2(first.width as usize, first.height as usize);
+    let mut list = exr_io::SmallVec::new();
+    for part in parts {
+        for eye in Eye::BOTH {
+            for (c, name) in ["R", "G", "B"].iter().enumerate() {
+                let samples = part.picture.eyes[eye.layer()].iter().map(|t| t[c]).collect();
+                let name = channel_name(part.layer, eye, name);
+                list.push(AnyChannel::new(exr_io::Text::new_or_panic(&name), FlatSamples::F32(samples)));
+            }
+        }
+    }
+    let encoding = exr_io::Encoding::SMALL_LOSSLESS;
+    let views = VIEWS.iter().map(|v| exr_io::Text::new_or_panic(v)).collect();
+    let attributes = LayerAttributes { multi_view_names: Some(views), ..LayerAttributes::default() };
+    let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(list)));
+    let mut bytes = Cursor::new(Vec::new());
+    // One thread: the same bytes every time.
+    image.write().non_parallel().to_buffered(&mut bytes).map_err(|e| encode(e.to_string()))?;
+    Ok(files::write_bytes(path, bytes.get_ref())?)
+}
+
+/// Reads the colour of both views; `layer` may name another part (`reflection`).
+///
+/// # Errors
+/// [`PictureError::Read`] when the file is no EXR or lacks a channel.
+pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError> {
+    let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
+    let image = exr_io::read_first_flat_layer_from_file(path).map_err(|e| fail(e.to_string()))?;
+    let data = &image.layer_data;
+    let (width, height) = (data.size.0, data.size.1);
+    let mut eyes = [Vec::new(), Vec::new()];
+    for eye in Eye::BOTH {
+        let mut texels = vec![[0.0f32; 3]; width * height];
+        for (c, channel) in ["R", "G", "B"].iter().enumerate() {
+            let name = channel_name(layer, eye, channel);
+            let found = data.channel_data.list.iter().find(|a| a.name.eq_case_insensitive(&name));
+            let found = found.ok_or_else(|| fail(format!("it has no channel `{name}`")))?;
+            for (texel, value) in texels.iter_mut().zip(found.sample_data.values_as_f32()) {
+                texel[c] = value;
+            }
+        }
+        eyes[eye.layer()] = texels;
+    }
+    Ok(StereoPicture { width: width as u32, height: height as u32, eyes })
+}
+
+/// Both eyes side by side, left on the left, as an 8-bit sRGB PNG. `eyes` are RGBA bytes, rows from the top.
+///
+/// # Errors
+/// [`PictureError`] naming the file.
+pub fn write_side_by_side(path: &Path, width: u32, height: u32, eyes: [&[u8]; 2]) -> Result<(), PictureError> {
+    let (w, h) = (width as usize, height as usize);
+    let mut rgb = Vec::with_capacity(w * h * 2 * 3);
+    for y in 0..h {
+        for eye in eyes {
+            for texel in eye[y * w * 4..(y + 1) * w * 4].chunks_exact(4) {
+                rgb.extend_from_slice(&texel[..3]);
+            }
+        }
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    image::write_buffer_with_format(
+        &mut bytes,
+        &rgb,
+        2 * width,
+        height,
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|e| PictureError::Encode { path: path.to_owned(), reason: e.to_string() })?;
+    Ok(files::write_bytes(path, bytes.get_ref())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient(width: u32, height: u32, offset: f32) -> StereoPicture {
+        let eye = |e: f32| (0..width * height).map(|i| [i as f32 + offset, e, 0.25]).collect();
+        StereoPicture { width, height, eyes: [eye(0.0), eye(1.0)] }
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_to_the_bit() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.exr");
+        let (color, reflection) = (gradient(7, 5, 0.1), gradient(7, 5, 100.5));
+        let parts = [Part { layer: "", picture: &color }, Part { layer: "reflection", picture: &reflection }];
+        write_exr(&path, &parts).expect("written");
+        assert_eq!(read_exr(&path, "").expect("read"), color);
+        assert_eq!(read_exr(&path, "reflection").expect("read"), reflection);
+        let error = read_exr(&path, "nothing").expect_err("no such layer").to_string();
+        assert!(error.contains("nothing.left.R"), "{error}");
+    }
+
+    #[test]
+    fn side_by_side_puts_the_left_eye_left() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.png");
+        let (left, right) = ([10u8, 20, 30, 255].repeat(6), [200u8, 100, 50, 255].repeat(6));
+        write_side_by_side(&path, 3, 2, [&left, &right]).expect("written");
+        let read = image::open(&path).expect("a PNG").to_rgb8();
+        assert_eq!(read.dimensions(), (6, 2));
+        assert_eq!(read.get_pixel(2, 1).0, [10, 20, 30]);
+        assert_eq!(read.get_pixel(3, 1).0, [200, 100, 50]);
+    }
+}

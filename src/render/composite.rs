@@ -1,0 +1,45 @@
+//! Pass 10: reflections on top, linear images for stills, tone-mapped picture.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+
+/// See `shaders/composite.comp`.
+pub struct CompositePass {
+    pass: ComputePass,
+}
+
+impl CompositePass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<CompositePass, GpuError> {
+        let specialization = [u32::from(needs.rays), 1];
+        let words = shaders::COMPOSITE_COMP.words();
+        Ok(CompositePass { pass: ComputePass::new(gpu, "composite", &words, &specialization)? })
+    }
+
+    /// # Errors
+    /// What the device said.
+    pub fn record(&self, frame: &mut Frame, context: &Context, targets: &Targets) -> Result<(), GpuError> {
+        let screen_space = targets.screen_space.as_ref().map(|s| &s.reflection);
+        let path_traced = targets.path_traced.as_ref().map(|p| &p.reflection);
+        let reflection = screen_space.or(path_traced).unwrap_or(&targets.nothing);
+        frame
+            .compute(&self.pass)
+            .read_buffer(&context.frame)
+            .write_buffer(&context.counters)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .sampled(&targets.radiance, &context.nearest)
+            .sampled(reflection, &context.nearest)
+            .write(&targets.display)
+            .write(&targets.linear)
+            .write(&targets.reflection_out)
+            .dispatch_stereo(targets.display.extent())
+    }
+}

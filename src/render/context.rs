@@ -1,0 +1,142 @@
+//! What every pass of a frame reads: the uniforms, the lights, the instances, the counters, the shared samplers.
+
+use std::rc::Rc;
+
+use ash::vk;
+use glam::DVec3;
+
+use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
+use crate::scene::{Eye, Fallback, Scene, StereoCamera};
+
+use super::brdf_table::brdf_table;
+use super::settings::{Firefly, Settings, Streams};
+use super::shared::{CountersData, EyeUniform, FrameUniform};
+use super::upload::{self, EnvironmentMaps, SceneResources};
+
+/// Frame-wide inputs.
+pub struct Context {
+    pub head: DVec3,
+    pub frame: Buffer,
+    pub lights: Buffer,
+    pub instances: Buffer,
+    pub counters: Buffer,
+    pub brdf_table: Image,
+    pub nearest: Sampler,
+    pub linear: Sampler,
+}
+
+impl Context {
+    /// # Errors
+    /// When device memory runs out.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        scene: &Scene,
+        resources: &SceneResources,
+        camera: &StereoCamera,
+        settings: &Settings,
+    ) -> Result<Context, GpuError> {
+        let head = camera.head();
+        let uniform = frame_uniform(scene, &resources.environment, camera, settings);
+        let words = |n: usize| n as u64 * 4;
+        let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
+        frame.write(bytemuck::bytes_of(&uniform));
+        let instances = upload::instances(scene, &resources.ranges, head);
+        Ok(Context {
+            head,
+            frame,
+            lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
+            instances: Buffer::with_content(gpu, "instances", &instances)?,
+            counters: Buffer::device(gpu, "counters", words(size_of::<CountersData>() / 4))?,
+            brdf_table: brdf_table(gpu, settings.delta_roughness)?,
+            nearest: Sampler::new(gpu, Filter::NEAREST)?,
+            linear: Sampler::new(gpu, Filter::LINEAR)?,
+        })
+    }
+}
+
+/// Reads one buffer back after a frame of its own.
+pub fn read_buffer(gpu: &Rc<Gpu>, buffer: &Buffer) -> Result<Vec<u8>, GpuError> {
+    let host = Buffer::readback(gpu, "readback", buffer.size())?;
+    let mut frame = Frame::begin(gpu)?;
+    frame.copy_buffer(buffer, &host);
+    frame.finish()?;
+    Ok(host.read())
+}
+
+/// Reads mip 0 of every layer back, tightly packed.
+pub fn read_image(gpu: &Rc<Gpu>, image: &Image) -> Result<Vec<u8>, GpuError> {
+    let ImageDesc { width, height, layers, format, .. } = *image.desc();
+    let texel = match format {
+        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
+        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_SFLOAT => 8,
+        _ => 4,
+    };
+    let bytes = u64::from(width) * u64::from(height) * u64::from(layers) * texel;
+    let host = Buffer::readback(gpu, "readback", bytes)?;
+    let mut frame = Frame::begin(gpu)?;
+    frame.copy_image(image, &host);
+    frame.finish()?;
+    Ok(host.read())
+}
+
+fn frame_uniform(scene: &Scene, maps: &EnvironmentMaps, camera: &StereoCamera, settings: &Settings) -> FrameUniform {
+    let head = camera.head();
+    let eyes = Eye::BOTH.map(|eye| {
+        let e = camera.eye(eye);
+        let view_from_render = e.view_from_relative(head);
+        let p = (e.position - head).as_vec3();
+        let token = match settings.streams {
+            Streams::Independent => eye.layer() as u32,
+            Streams::Shared => 0,
+        };
+        EyeUniform {
+            clip_from_render: (e.clip_from_view() * view_from_render).to_cols_array(),
+            view_from_render: view_from_render.to_cols_array(),
+            render_from_view: view_from_render.inverse().to_cols_array(),
+            tangents: [e.fov.left_rad, e.fov.right_rad, e.fov.down_rad, e.fov.up_rad].map(|a| a.tan() as f32),
+            position_near: [p.x, p.y, p.z, e.near_m as f32],
+            stream: [token, 0, 0, 0],
+        }
+    });
+    FrameUniform {
+        eyes,
+        size: [settings.width, settings.height],
+        seed: settings.seed,
+        frame: settings.frame,
+        ray_roughness_limit: settings.ray_roughness_limit,
+        delta_roughness: settings.delta_roughness,
+        open_mesh_thickness: scene.open_mesh_thickness_m,
+        edge_fade: settings.edge_fade,
+        ray_length: ray_length(scene, head),
+        exposure: scene.exposure,
+        light_count: scene.lights.len() as u32,
+        max_steps: settings.max_steps,
+        fallback: u32::from(settings.fallback(scene) != Fallback::Black),
+        specular_levels: maps.specular_levels,
+        firefly: u32::from(settings.firefly == Firefly::ToneMapped),
+        reserved: 0,
+    }
+}
+
+/// A distance beyond which nothing of the scene lies, from anywhere in it: twice the diagonal of its bounds and the
+/// head's.
+fn ray_length(scene: &Scene, head: DVec3) -> f32 {
+    let (mut low, mut high) = (head, head);
+    for instance in &scene.instances {
+        let p = &scene.primitives[instance.primitive];
+        let Some(first) = p.positions.first() else { continue };
+        let (mut a, mut b) = (*first, *first);
+        for &q in &p.positions {
+            a = a.min(q);
+            b = b.max(q);
+        }
+        for corner in 0..8 {
+            let pick = |bit: u32, i: usize| if corner >> bit & 1 == 1 { b[i] } else { a[i] };
+            let corner = DVec3::new(f64::from(pick(0, 0)), f64::from(pick(1, 1)), f64::from(pick(2, 2)));
+            let world = instance.world_from_object.transform_point3(corner);
+            low = low.min(world);
+            high = high.max(world);
+        }
+    }
+    (2.0 * (high - low).length()).max(1e-3) as f32
+}

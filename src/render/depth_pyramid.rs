@@ -1,0 +1,47 @@
+//! Pass 4: nearest front and farthest back per cell, seven levels of both eyes in one dispatch.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::{GBuffer, ScreenSpace, TOP_LEVEL};
+
+/// See `shaders/depth_pyramid.comp`.
+pub struct DepthPyramidPass {
+    pass: ComputePass,
+}
+
+impl DepthPyramidPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<DepthPyramidPass, GpuError> {
+        let words = shaders::DEPTH_PYRAMID_COMP.words();
+        let pass = ComputePass::new(gpu, "depth_pyramid", &words, &[u32::from(needs.back_faces)])?;
+        Ok(DepthPyramidPass { pass })
+    }
+
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        context: &Context,
+        gbuffer: &GBuffer,
+        out: &ScreenSpace,
+    ) -> Result<(), GpuError> {
+        let mut chain = frame.compute(&self.pass).read_buffer(&context.frame).sampled(&gbuffer.depth, &context.nearest);
+        for mip in 0..=TOP_LEVEL as usize {
+            chain = chain.write_mip(&out.pyramid, mip);
+        }
+        let (width, height) = out.pyramid.extent();
+        let tile = 1 << TOP_LEVEL;
+        chain.sampled(out.back_depth.as_ref().unwrap_or(&gbuffer.depth), &context.nearest).dispatch(
+            width / tile,
+            height / tile,
+            2,
+        )
+    }
+}

@@ -1,0 +1,52 @@
+//! Pass 3: radiance of every pixel without its traced reflection.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
+
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::SceneResources;
+
+/// Punctual lights, diffuse environment, emission, background.
+pub struct LightingPass {
+    pass: ComputePass,
+}
+
+impl LightingPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
+        let words = shaders::LIGHTING_COMP.words();
+        Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &[u32::from(needs.emission)])? })
+    }
+
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        context: &Context,
+        targets: &Targets,
+    ) -> Result<(), GpuError> {
+        let maps = &resources.environment;
+        let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
+        frame
+            .compute(&self.pass)
+            .read_buffer(&context.frame)
+            .read_buffer(&context.lights)
+            .write_buffer(&context.counters)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .sampled(&maps.radiance, &maps.sampler)
+            .sampled(&maps.irradiance, &maps.sampler)
+            .sampled(&maps.specular, &maps.sampler)
+            .sampled(&context.brdf_table, &context.linear)
+            .write(&targets.radiance)
+            .sampled(emission, &context.nearest)
+            .dispatch_stereo(targets.radiance.extent())
+    }
+}

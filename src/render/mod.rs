@@ -1,0 +1,28 @@
+//! The renderer: one technique, one file, and the shader of the same name.
+//!
+//! A frame asks the scene, the view and the method what they need ([`needs`]) and leaves the rest out.
+
+mod brdf_table;
+mod bvh;
+mod classify;
+mod composite;
+mod context;
+mod depth_pyramid;
+mod gbuffer;
+mod lighting;
+pub mod method;
+mod mips;
+pub mod needs;
+mod path_trace;
+mod renderer;
+mod resolve;
+pub mod settings;
+pub mod shaders;
+pub mod shared;
+mod targets;
+mod trace;
+mod upload;
+
+pub use method::Method;
+pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
+pub use settings::{Firefly, Settings, Streams};

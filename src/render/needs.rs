@@ -1,0 +1,147 @@
+//! What a frame needs, decided from the scene and the method; the rest is left out: no pass, no memory, no branch.
+//!
+//! Each predicate is conservative: it proves the image unchanged.
+
+use crate::scene::{Alpha, Fallback, Material, Scene};
+
+use super::method::{Answer, Method};
+use super::settings::Settings;
+
+/// A pass (or a part of one) and why it runs or not.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Part {
+    pub name: &'static str,
+    #[serde(skip)]
+    pub runs: bool,
+    pub why: String,
+}
+
+/// The parts of a frame.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Needs {
+    /// Some material emits.
+    pub emission: bool,
+    /// Some material is cut out.
+    pub mask: bool,
+    /// Back faces bound the matter of closed meshes.
+    pub back_faces: bool,
+    /// Some surface may trace a ray.
+    pub rays: bool,
+    /// Depth pyramid, screen-space march, resolve.
+    pub screen_space: bool,
+    /// The reference's passes.
+    pub path_trace: bool,
+    /// A surface too rough for rays, or a fallback, looks up the prefiltered environment.
+    pub specular_environment: bool,
+    parts: Vec<Part>,
+}
+
+impl Needs {
+    /// What `method` needs of `scene`.
+    pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> Needs {
+        let all = settings.all_passes;
+        let used = || scene.instances.iter().map(|i| &scene.materials[scene.primitives[i.primitive].material]);
+        let emission = used().any(|m| m.emissive.max_element() > 0.0);
+        let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
+        let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));
+        let too_rough = used().any(|m| may_exceed(m, settings.ray_roughness_limit));
+        let closed = scene.instances.iter().any(|i| scene.primitives[i.primitive].closed);
+        let screen = method.answer() == Answer::ScreenSpace;
+        let fallback = settings.fallback(scene);
+
+        let mut parts = Parts { all, list: Vec::new() };
+        parts.always("gbuffer");
+        let emission = parts.add("emission", emission, "a material emits", "no material in the scene emits");
+        let mask = parts.add("cut-outs", mask, "a material is cut out", "no material in the scene is cut out");
+        let back_faces = if screen && method.back_faces() {
+            let no = if rays { "no mesh in the scene is closed" } else { "no surface traces a ray" };
+            parts.add("backface", rays && closed, "closed meshes bound the rays", no)
+        } else {
+            parts.never("backface", "the method does not use back faces")
+        };
+        parts.always("lighting");
+        let specular_environment = parts.add(
+            "specular-environment",
+            too_rough || fallback != Fallback::Black,
+            "surfaces too rough for rays, or a fallback, look it up",
+            "every surface traces rays and the fallback is black",
+        );
+        let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
+        for name in ["depth_pyramid", "trace", "resolve"] {
+            if screen {
+                parts.add(name, rays, "rays are marched through the views", "no surface traces a ray");
+            } else {
+                parts.never(name, "the method asks the scene's geometry");
+            }
+        }
+        if screen {
+            parts.never("path_trace", "the method asks the views");
+        } else {
+            parts.add("path_trace", rays, "rays go through the scene's geometry", "no surface traces a ray");
+        }
+        parts.never("motion", "a still: nothing reads it");
+        parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
+        parts.never("accumulate", "a still of one frame");
+        parts.always("composite");
+        let parts = parts.list;
+        Needs {
+            emission,
+            mask,
+            back_faces,
+            rays,
+            screen_space: screen && rays,
+            path_trace: !screen && rays,
+            specular_environment,
+            parts,
+        }
+    }
+
+    /// Every part in order.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What was left out and why.
+    pub fn left_out(&self) -> Vec<Part> {
+        self.parts.iter().filter(|p| !p.runs).cloned().collect()
+    }
+}
+
+/// Collects what is decided.
+struct Parts {
+    all: bool,
+    list: Vec<Part>,
+}
+
+impl Parts {
+    /// Runs when it is needed, or when every pass is forced on.
+    fn add(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
+        let why = match (needed, self.all) {
+            (true, _) => yes.to_owned(),
+            (false, false) => no.to_owned(),
+            (false, true) => format!("forced on, though {no}"),
+        };
+        let runs = needed || self.all;
+        self.list.push(Part { name, runs, why });
+        runs
+    }
+
+    fn always(&mut self, name: &'static str) {
+        self.list.push(Part { name, runs: true, why: "every frame".to_owned() });
+    }
+
+    /// Not forced either: the method is defined without it.
+    fn never(&mut self, name: &'static str, why: &str) -> bool {
+        self.list.push(Part { name, runs: false, why: why.to_owned() });
+        false
+    }
+}
+
+/// The texture's values lie in [0, 1], so the factor is the most that roughness can be and 0 the least.
+fn may_reflect(material: &Material, limit: f32) -> bool {
+    material.roughness <= limit || material.metallic_roughness_texture.is_some()
+}
+
+fn may_exceed(material: &Material, limit: f32) -> bool {
+    material.roughness > limit
+}

@@ -1,0 +1,80 @@
+//! The reference: reflection rays through the scene's BVH, progressive, with a standard error.
+
+use std::rc::Rc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+
+use super::bvh::RayScene;
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::SceneResources;
+
+/// See `shaders/path_trace.comp`.
+pub struct PathTracePass {
+    pass: ComputePass,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Constants {
+    first_sample: u32,
+    sample_count: u32,
+}
+
+impl PathTracePass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<PathTracePass, GpuError> {
+        let words = shaders::PATH_TRACE_COMP.words();
+        Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &[u32::from(needs.mask)])? })
+    }
+
+    /// Adds samples `first .. first + count`.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        rays: &RayScene,
+        context: &Context,
+        targets: &Targets,
+        (first, count): (u32, u32),
+    ) -> Result<(), GpuError> {
+        let (Some(list), Some(out)) = (&targets.rays, &targets.path_traced) else { return Ok(()) };
+        let maps = &resources.environment;
+        frame
+            .compute(&self.pass)
+            .read_buffer(&context.frame)
+            .read_buffer(&list.rays)
+            .read_buffer(&list.arguments)
+            .write_buffer(&context.counters)
+            .read_buffer(&context.lights)
+            .sampled(&rays.nodes, &context.nearest)
+            .sampled(&rays.triangles, &context.nearest)
+            .read_buffer(&context.instances)
+            .read_buffer(&resources.materials)
+            .read_buffer(&rays.textures)
+            .read_buffer(&rays.texels)
+            .read_buffer(&resources.vertices)
+            .read_buffer(&resources.indices)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .sampled(&maps.radiance, &maps.sampler)
+            .sampled(&maps.irradiance, &maps.sampler)
+            .sampled(&maps.specular, &maps.sampler)
+            .sampled(&context.brdf_table, &context.linear)
+            .read_write(&out.sum)
+            .read_write(&out.compensation)
+            .read_write(&out.squares)
+            .write(&out.reflection)
+            .write(&out.error)
+            .constants(&Constants { first_sample: first, sample_count: count })
+            .dispatch_indirect(&list.arguments, 0)
+    }
+}

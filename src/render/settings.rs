@@ -1,0 +1,84 @@
+//! How to render, apart from the scene, the view and the method.
+
+use crate::scene::{Fallback, Scene};
+
+/// The random streams of the eyes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Streams {
+    /// One each.
+    #[default]
+    Independent,
+    /// The same for both.
+    Shared,
+}
+
+/// Weights of bright samples in the resolve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Firefly {
+    /// Unbiased.
+    #[default]
+    None,
+    /// 1/(1 + luminance): calmer, and too dark where bright samples matter.
+    ToneMapped,
+}
+
+/// Everything that changes a picture besides scene, view and method.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Settings {
+    /// Pixels of one eye.
+    pub width: u32,
+    pub height: u32,
+    pub seed: u32,
+    /// Index of the frame in its sequence: part of the random numbers.
+    pub frame: u32,
+    pub streams: Streams,
+    pub firefly: Firefly,
+    /// Overrides the scene's.
+    pub fallback: Option<Fallback>,
+    /// Perceptual roughness above which no ray is traced.
+    pub ray_roughness_limit: f32,
+    /// Perceptual roughness below which a surface is a mirror.
+    pub delta_roughness: f32,
+    /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
+    pub edge_fade: f32,
+    /// Radius of the spatial reuse, pixels; 2 = 5×5 (paper §5).
+    pub reuse_radius: u32,
+    /// Steps of a march before its answer is *unknown*.
+    pub max_steps: u32,
+    /// Run every pass, needed or not: the picture must not change.
+    pub all_passes: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            width: 1920,
+            height: 1080,
+            seed: 1,
+            frame: 0,
+            streams: Streams::Independent,
+            firefly: Firefly::None,
+            fallback: None,
+            ray_roughness_limit: 0.8,
+            delta_roughness: 0.03,
+            edge_fade: 0.1,
+            reuse_radius: 2,
+            max_steps: 256,
+            all_passes: false,
+        }
+    }
+}
+
+impl Settings {
+    /// What unknown rays see.
+    pub fn fallback(&self, scene: &Scene) -> Fallback {
+        self.fallback.unwrap_or(scene.fallback)
+    }
+
+    /// Width over height of one eye.
+    pub fn aspect(&self) -> f64 {
+        f64::from(self.width) / f64::from(self.height)
+    }
+}

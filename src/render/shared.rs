@@ -1,0 +1,222 @@
+//! Every structure that shaders read: the twins of `shaders/common/shared.glsl`. A test compares each offset with the
+//! compiled shaders.
+
+use bytemuck::{Pod, Zeroable};
+
+/// One eye of a frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct EyeUniform {
+    /// Reverse-Z, infinite far plane, y up.
+    pub clip_from_render: [f32; 16],
+    pub view_from_render: [f32; 16],
+    pub render_from_view: [f32; 16],
+    /// Tangents of the frustum's sides: left, right, down, up; left and down negative.
+    pub tangents: [f32; 4],
+    /// xyz: the eye in render space, metres; w: near plane, metres.
+    pub position_near: [f32; 4],
+    /// x: token of the eye's random stream.
+    pub stream: [u32; 4],
+}
+
+/// A frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct FrameUniform {
+    pub eyes: [EyeUniform; 2],
+    /// Pixels of one eye.
+    pub size: [u32; 2],
+    pub seed: u32,
+    pub frame: u32,
+    /// Perceptual roughness above which no ray is traced.
+    pub ray_roughness_limit: f32,
+    /// Perceptual roughness below which a surface is a mirror.
+    pub delta_roughness: f32,
+    /// Metres behind an open mesh that count as matter.
+    pub open_mesh_thickness: f32,
+    /// Width of the fade at a view's border, as a fraction of its size.
+    pub edge_fade: f32,
+    /// Metres; beyond it the scene has ended.
+    pub ray_length: f32,
+    pub exposure: f32,
+    pub light_count: u32,
+    pub max_steps: u32,
+    /// 0 black, 1 the specular map.
+    pub fallback: u32,
+    pub specular_levels: u32,
+    /// 1: tone-mapped weights in the resolve.
+    pub firefly: u32,
+    pub reserved: u32,
+}
+
+/// A punctual light.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct LightData {
+    /// Render space, metres.
+    pub position: [f32; 3],
+    /// 0 directional, 1 point, 2 spot.
+    pub kind: u32,
+    /// Unit length; the light travels along it.
+    pub direction: [f32; 3],
+    /// Metres.
+    pub range: f32,
+    /// Irradiance (directional) or radiant intensity.
+    pub color: [f32; 3],
+    pub cos_inner: f32,
+    pub cos_outer: f32,
+    pub reserved0: f32,
+    pub reserved1: f32,
+    pub reserved2: f32,
+}
+
+/// Which texture, by which coordinates.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct TextureSlot {
+    /// u' = row_u · (u, v, 1).
+    pub row_u: [f32; 4],
+    pub row_v: [f32; 4],
+    /// −1: none.
+    pub texture_index: i32,
+    pub uv_set: u32,
+    pub reserved0: u32,
+    pub reserved1: u32,
+}
+
+/// A material.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct MaterialData {
+    /// Linear, straight alpha.
+    pub base_color: [f32; 4],
+    pub emissive: [f32; 3],
+    pub metallic: f32,
+    pub dielectric_f0: [f32; 3],
+    /// Perceptual.
+    pub roughness: f32,
+    pub normal_scale: f32,
+    /// Negative: opaque.
+    pub alpha_cutoff: f32,
+    pub transmission: f32,
+    pub double_sided: u32,
+    /// Base colour, metallic-roughness, normal, emissive.
+    pub slots: [TextureSlot; 4],
+}
+
+/// A primitive in its place.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct InstanceData {
+    /// Rows.
+    pub render_from_object: [[f32; 4]; 3],
+    /// Rows of the inverse transpose.
+    pub normal_matrix: [[f32; 4]; 3],
+    pub material: u32,
+    pub first_vertex: u32,
+    pub first_index: u32,
+    pub closed: u32,
+}
+
+/// A texture in the texel buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct TextureData {
+    /// First texel, in words.
+    pub offset: u32,
+    pub width: u32,
+    pub height: u32,
+    /// Bits 0–1 wrap u, 2–3 wrap v (0 repeat, 1 mirror, 2 clamp), 4 sRGB, 5 nearest.
+    pub flags: u32,
+}
+
+/// A vertex: fifteen words.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Vertex {
+    pub position: [f32; 3],
+    pub normal: [f32; 3],
+    pub tangent: [f32; 4],
+    pub uv0: [f32; 2],
+    pub uv1: [f32; 2],
+    /// unorm 4×8, linear.
+    pub color: u32,
+}
+
+/// An inner node of the BVH with the bounds of both children, so that a visit is one fetch.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct NodeData {
+    pub lower0: [f32; 3],
+    /// Inner: index of the node. Leaf: [`LEAF`] | first triangle | (count − 1) << [`COUNT_SHIFT`].
+    pub child0: u32,
+    pub upper0: [f32; 3],
+    pub reserved0: u32,
+    pub lower1: [f32; 3],
+    pub child1: u32,
+    pub upper1: [f32; 3],
+    pub reserved1: u32,
+}
+
+/// Marks a child that is a leaf.
+pub const LEAF: u32 = 1 << 31;
+/// Where a leaf keeps its count.
+pub const COUNT_SHIFT: u32 = 28;
+/// [`TriangleData::flags`]: seen from both sides.
+pub const DOUBLE_SIDED: u32 = 1;
+/// [`TriangleData::flags`]: cut out by its texture.
+pub const MASKED: u32 = 2;
+
+/// A triangle of the BVH, in render space.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct TriangleData {
+    pub v0: [f32; 3],
+    pub instance: u32,
+    pub edge1: [f32; 3],
+    /// Of the triangle's three indices; the highest bit: second and third corner exchanged.
+    pub first_index: u32,
+    pub edge2: [f32; 3],
+    /// [`DOUBLE_SIDED`], [`MASKED`].
+    pub flags: u32,
+}
+
+/// What a frame counted on the device.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq, serde::Serialize)]
+pub struct CountersData {
+    pub nan: u32,
+    pub inf: u32,
+    /// Radiance beyond fp16.
+    pub clamped: u32,
+    pub rays: u32,
+    pub hits: u32,
+    pub sky: u32,
+    pub left_view: u32,
+    pub behind: u32,
+    pub back_facing: u32,
+    /// Marches that ran out of steps.
+    pub budget: u32,
+    /// Samples below the horizon, which count as zero.
+    pub below_horizon: u32,
+    pub steps: u32,
+}
+
+impl CountersData {
+    /// Rays whose answer is unknown.
+    pub fn missed(&self) -> u64 {
+        [self.left_view, self.behind, self.back_facing, self.budget].iter().map(|&n| u64::from(n)).sum()
+    }
+}
+
+const _: () = {
+    assert!(size_of::<EyeUniform>() == 240);
+    assert!(size_of::<FrameUniform>() == 544);
+    assert!(size_of::<LightData>() == 64);
+    assert!(size_of::<TextureSlot>() == 48);
+    assert!(size_of::<MaterialData>() == 256);
+    assert!(size_of::<InstanceData>() == 112);
+    assert!(size_of::<Vertex>() == 60);
+    assert!(size_of::<NodeData>() == 64);
+    assert!(size_of::<TriangleData>() == 48);
+};

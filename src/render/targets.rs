@@ -1,0 +1,128 @@
+//! The images of a frame, allocated only where the frame needs them.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc};
+
+use super::needs::Needs;
+use super::settings::Settings;
+
+/// Levels of the depth pyramid above its base (twin: `TOP_LEVEL` in march.glsl).
+pub const TOP_LEVEL: u32 = 6;
+
+/// What the raster pass leaves behind.
+pub struct GBuffer {
+    pub depth: Image,
+    pub surface: Image,
+    pub instance: Image,
+    /// `None` when nothing emits.
+    pub emission: Option<Image>,
+}
+
+/// Pixels that trace, compacted.
+pub struct RayList {
+    pub rays: Buffer,
+    /// Groups of 64 as indirect arguments, then the count.
+    pub arguments: Buffer,
+}
+
+/// Screen-space reflections.
+pub struct ScreenSpace {
+    /// `None` when no mesh is closed.
+    pub back_depth: Option<Image>,
+    pub pyramid: Image,
+    pub hits: Image,
+    pub reflection: Image,
+    /// Sums over several samples a pixel.
+    pub sums: Option<(Image, Image)>,
+}
+
+/// The reference's accumulators.
+pub struct PathTraced {
+    pub sum: Image,
+    pub compensation: Image,
+    pub squares: Image,
+    pub reflection: Image,
+    pub error: Image,
+}
+
+/// Every image of a frame.
+pub struct Targets {
+    pub gbuffer: GBuffer,
+    pub radiance: Image,
+    pub rays: Option<RayList>,
+    pub screen_space: Option<ScreenSpace>,
+    pub path_traced: Option<PathTraced>,
+    pub display: Image,
+    pub linear: Image,
+    pub reflection_out: Image,
+    /// Stands in where a shader names an image that this frame does without.
+    pub nothing: Image,
+}
+
+impl Targets {
+    /// # Errors
+    /// When device memory runs out: the message names the image and its bytes.
+    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, needs: &Needs, samples: u32) -> Result<Targets, GpuError> {
+        let (w, h) = (settings.width, settings.height);
+        let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(w, h, format));
+        let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
+        let rgba32 = vk::Format::R32G32B32A32_SFLOAT;
+        let rgba16 = vk::Format::R16G16B16A16_SFLOAT;
+        let gbuffer = GBuffer {
+            depth: drawn("depth", vk::Format::D32_SFLOAT)?,
+            surface: drawn("surface", vk::Format::R32G32B32A32_UINT)?,
+            instance: drawn("instance", vk::Format::R32_UINT)?,
+            emission: needs.emission.then(|| drawn("emission", rgba16)).transpose()?,
+        };
+        let rays = match needs.rays {
+            false => None,
+            true => Some(RayList {
+                rays: Buffer::device(gpu, "ray list", u64::from(w) * u64::from(h) * 2 * 4)?,
+                arguments: Buffer::device(gpu, "ray list arguments", 16)?,
+            }),
+        };
+        let screen_space = match needs.screen_space {
+            false => None,
+            true => Some(ScreenSpace {
+                back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
+                pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
+                hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
+                reflection: stereo("reflection", rgba16)?,
+                sums: match samples {
+                    1 => None,
+                    _ => Some((stereo("reflection sums", rgba32)?, stereo("reflection weights", rgba32)?)),
+                },
+            }),
+        };
+        let path_traced = match needs.path_trace {
+            false => None,
+            true => Some(PathTraced {
+                sum: stereo("path sums", rgba32)?,
+                compensation: stereo("path compensation", rgba32)?,
+                squares: stereo("path squares", rgba32)?,
+                reflection: stereo("path mean", rgba32)?,
+                error: stereo("path error", rgba32)?,
+            }),
+        };
+        Ok(Targets {
+            gbuffer,
+            radiance: stereo("radiance", rgba16)?,
+            rays,
+            screen_space,
+            path_traced,
+            display: stereo("display", vk::Format::R8G8B8A8_UNORM)?,
+            linear: stereo("linear", rgba32)?,
+            reflection_out: stereo("reflection out", rgba32)?,
+            nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
+        })
+    }
+}
+
+/// The base is padded to whole cells of the top level.
+fn pyramid_desc(width: u32, height: u32) -> ImageDesc {
+    let whole = |n: u32| n.next_multiple_of(1 << TOP_LEVEL);
+    ImageDesc { mips: TOP_LEVEL + 1, ..ImageDesc::stereo(whole(width), whole(height), vk::Format::R32G32_SFLOAT) }
+}

@@ -1,0 +1,377 @@
+//! Shapes, materials and textures → an ordinary glTF: JSON, one `.bin`, PNG textures.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use glam::{Quat, Vec3};
+use serde_json::{Value, json};
+
+use super::shape::{Shape, turn};
+use super::texture::Image;
+
+/// A glTF and the files that it names, in memory.
+#[derive(Debug)]
+pub struct Generated {
+    /// The `.gltf` itself.
+    pub gltf: Vec<u8>,
+    /// File name → bytes.
+    pub files: BTreeMap<String, Vec<u8>>,
+}
+
+/// Where a mesh stands.
+#[derive(Debug, Clone, Copy)]
+pub struct Pose {
+    pub position: Vec3,
+    pub rotation: Quat,
+    pub scale: f32,
+}
+
+impl Pose {
+    pub fn at(x: f32, y: f32, z: f32) -> Pose {
+        Pose { position: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: 1.0 }
+    }
+
+    /// Turned about its own vertical first, counter-clockwise from above.
+    pub fn yaw(self, degrees: f32) -> Pose {
+        Pose { rotation: self.rotation * turn(Vec3::Y, degrees), ..self }
+    }
+
+    /// Tipped backwards about its own x axis.
+    pub fn pitch(self, degrees: f32) -> Pose {
+        Pose { rotation: self.rotation * turn(Vec3::X, degrees), ..self }
+    }
+
+    pub fn scale(self, scale: f32) -> Pose {
+        Pose { scale, ..self }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MaterialId(usize);
+
+#[derive(Debug, Clone, Copy)]
+pub struct MeshId(usize);
+
+#[derive(Debug, Clone, Copy)]
+pub struct TextureId(usize);
+
+/// A material; start from [`Finish::dielectric`] or [`Finish::metal`].
+#[derive(Debug, Clone)]
+pub struct Finish {
+    name: String,
+    color: [f32; 3],
+    metallic: f32,
+    roughness: f32,
+    emissive: [f32; 3],
+    ior: f32,
+    color_map: Option<TextureId>,
+    roughness_map: Option<TextureId>,
+    normal_map: Option<TextureId>,
+    /// Repeats a metre (or a unit of UV).
+    repeat: f32,
+}
+
+impl Finish {
+    pub fn dielectric(name: &str, color: [f32; 3], roughness: f32) -> Finish {
+        Finish {
+            name: name.to_owned(),
+            color,
+            metallic: 0.0,
+            roughness,
+            emissive: [0.0; 3],
+            ior: 1.5,
+            color_map: None,
+            roughness_map: None,
+            normal_map: None,
+            repeat: 1.0,
+        }
+    }
+
+    pub fn metal(name: &str, color: [f32; 3], roughness: f32) -> Finish {
+        Finish { metallic: 1.0, ..Finish::dielectric(name, color, roughness) }
+    }
+
+    pub fn emissive(self, radiance: [f32; 3]) -> Finish {
+        Finish { emissive: radiance, ..self }
+    }
+
+    /// Index of refraction: 1.5 is plastic, 1.8–2 a lacquer or polish that mirrors more.
+    pub fn ior(self, ior: f32) -> Finish {
+        Finish { ior, ..self }
+    }
+
+    pub fn map(self, color_map: TextureId, repeat: f32) -> Finish {
+        Finish { color_map: Some(color_map), repeat, ..self }
+    }
+
+    /// G = roughness factor, B = metallic factor.
+    pub fn roughness_map(self, map: TextureId) -> Finish {
+        Finish { roughness_map: Some(map), ..self }
+    }
+
+    pub fn normal_map(self, map: TextureId) -> Finish {
+        Finish { normal_map: Some(map), ..self }
+    }
+}
+
+/// Collects a scene; `detail` scales triangle counts.
+pub struct Builder {
+    name: String,
+    /// √detail: how many times as many segments along each direction.
+    fineness: f32,
+    finishes: Vec<Finish>,
+    images: Vec<(String, Image)>,
+    meshes: Vec<(String, Vec<(MaterialId, Shape)>)>,
+    nodes: Vec<(String, MeshId, Pose)>,
+}
+
+impl Builder {
+    pub fn new(name: &str, detail: f64) -> Builder {
+        Builder {
+            name: name.to_owned(),
+            fineness: detail.sqrt() as f32,
+            finishes: Vec::new(),
+            images: Vec::new(),
+            meshes: Vec::new(),
+            nodes: Vec::new(),
+        }
+    }
+
+    /// A segment count for this scene's detail: `full` at detail 1, never below `least`.
+    pub fn segments(&self, full: usize, least: usize) -> usize {
+        ((full as f32 * self.fineness).round() as usize).max(least)
+    }
+
+    pub fn texture(&mut self, name: &str, image: Image) -> TextureId {
+        self.images.push((name.to_owned(), image));
+        TextureId(self.images.len() - 1)
+    }
+
+    pub fn material(&mut self, finish: Finish) -> MaterialId {
+        self.finishes.push(finish);
+        MaterialId(self.finishes.len() - 1)
+    }
+
+    /// Materials of one kind in several colours (0–255) and roughnesses, called `NAME 1`, `NAME 2`, …
+    pub fn palette(&mut self, name: &str, entries: &[([u8; 3], f32)]) -> Vec<MaterialId> {
+        let finish = |(i, ([r, g, b], roughness)): (usize, &([u8; 3], f32))| {
+            Finish::dielectric(&format!("{name} {}", i + 1), super::pattern::rgb(*r, *g, *b), *roughness)
+        };
+        entries.iter().enumerate().map(finish).map(|f| self.material(f)).collect()
+    }
+
+    /// A mesh of one or more parts; parts of one material are joined.
+    pub fn mesh(&mut self, name: &str, parts: Vec<(MaterialId, Shape)>) -> MeshId {
+        let mut joined: BTreeMap<MaterialId, Shape> = BTreeMap::new();
+        for (material, shape) in parts {
+            joined.entry(material).or_default().push(shape);
+        }
+        self.meshes.push((name.to_owned(), joined.into_iter().collect()));
+        MeshId(self.meshes.len() - 1)
+    }
+
+    pub fn place(&mut self, name: &str, mesh: MeshId, pose: Pose) {
+        self.nodes.push((name.to_owned(), mesh, pose));
+    }
+
+    /// A mesh that stands once, where its shape is.
+    pub fn add(&mut self, name: &str, material: MaterialId, shape: Shape) {
+        let mesh = self.mesh(name, vec![(material, shape)]);
+        self.place(name, mesh, Pose::at(0.0, 0.0, 0.0));
+    }
+
+    /// Triangles over everything placed.
+    pub fn triangle_count(&self) -> usize {
+        let of = |mesh: &MeshId| self.meshes[mesh.0].1.iter().map(|(_, shape)| shape.indices.len() / 3).sum::<usize>();
+        self.nodes.iter().map(|(_, mesh, _)| of(mesh)).sum()
+    }
+
+    /// How many materials there are.
+    pub fn material_count(&self) -> usize {
+        self.finishes.len()
+    }
+
+    /// The textures' files in order, made on all cores.
+    fn pngs(&self) -> Vec<Result<Vec<u8>, String>> {
+        let next = AtomicUsize::new(0);
+        let threads = thread::available_parallelism().map_or(1, |n| n.get());
+        let mut made: Vec<(usize, Result<Vec<u8>, String>)> = thread::scope(|scope| {
+            let work = || {
+                let mut made = Vec::new();
+                loop {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((_, image)) = self.images.get(i) else { return made };
+                    made.push((i, image.to_png()));
+                }
+            };
+            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
+        });
+        made.sort_by_key(|(i, _)| *i);
+        made.into_iter().map(|(_, png)| png).collect()
+    }
+
+    /// The glTF; the same bytes every time.
+    pub fn finish(self) -> Result<Generated, String> {
+        let mut out = Writer::default();
+        let materials: Vec<Value> = self.finishes.iter().map(material_json).collect();
+        let mut meshes = Vec::new();
+        for (name, parts) in &self.meshes {
+            let primitives: Vec<Value> = parts
+                .iter()
+                .map(|(material, shape)| out.primitive(shape, material.0, &self.finishes[material.0]))
+                .collect();
+            meshes.push(json!({ "name": name, "primitives": primitives }));
+        }
+        let nodes: Vec<Value> = self.nodes.iter().map(|(name, mesh, pose)| node_json(name, *mesh, pose)).collect();
+        let mut files = BTreeMap::new();
+        let mut images = Vec::new();
+        for ((name, _), png) in self.images.iter().zip(self.pngs()) {
+            let file = format!("{}-{name}.png", self.name);
+            images.push(json!({ "name": name, "uri": file }));
+            files.insert(file, png?);
+        }
+        let textures: Vec<Value> = (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
+        let bin = format!("{}.bin", self.name);
+        let mut root = json!({
+            "asset": { "version": "2.0", "generator": "cyclopean" },
+            "scene": 0,
+            "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+            "nodes": nodes,
+            "meshes": meshes,
+            "materials": materials,
+            "accessors": out.accessors,
+            "bufferViews": out.views,
+            "buffers": [{ "uri": bin, "byteLength": out.bytes.len() }],
+        });
+        if !images.is_empty() {
+            root["images"] = images.into();
+            root["textures"] = textures.into();
+            root["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }]);
+        }
+        let used = [
+            (TEXTURE_TRANSFORM, self.finishes.iter().any(|f| f.repeat != 1.0)),
+            (EMISSIVE_STRENGTH, self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0))),
+            (IOR, self.finishes.iter().any(|f| f.ior != 1.5)),
+        ];
+        let used: Vec<&str> = used.iter().filter(|(_, used)| *used).map(|(name, _)| *name).collect();
+        if !used.is_empty() {
+            root["extensionsUsed"] = json!(used);
+        }
+        files.insert(bin, out.bytes);
+        let gltf = serde_json::to_vec_pretty(&root).map_err(|error| error.to_string())?;
+        Ok(Generated { gltf, files })
+    }
+}
+
+fn node_json(name: &str, mesh: MeshId, pose: &Pose) -> Value {
+    let mut node = json!({ "name": name, "mesh": mesh.0 });
+    if pose.position != Vec3::ZERO {
+        node["translation"] = json!(pose.position.to_array());
+    }
+    if pose.rotation != Quat::IDENTITY {
+        node["rotation"] = json!(pose.rotation.normalize().to_array());
+    }
+    if pose.scale != 1.0 {
+        node["scale"] = json!(Vec3::splat(pose.scale).to_array());
+    }
+    node
+}
+
+fn material_json(finish: &Finish) -> Value {
+    let slot = |map: TextureId| {
+        let mut slot = json!({ "index": map.0 });
+        if finish.repeat != 1.0 {
+            slot["extensions"] = json!({ "KHR_texture_transform": { "scale": [finish.repeat, finish.repeat] } });
+        }
+        slot
+    };
+    let [r, g, b] = finish.color;
+    let mut pbr = json!({
+        "baseColorFactor": [r, g, b, 1.0],
+        "metallicFactor": finish.metallic,
+        "roughnessFactor": finish.roughness,
+    });
+    if let Some(map) = finish.color_map {
+        pbr["baseColorTexture"] = slot(map);
+    }
+    if let Some(map) = finish.roughness_map {
+        pbr["metallicRoughnessTexture"] = slot(map);
+    }
+    let mut material = json!({ "name": finish.name, "pbrMetallicRoughness": pbr });
+    if let Some(map) = finish.normal_map {
+        material["normalTexture"] = slot(map);
+    }
+    let mut extensions = serde_json::Map::new();
+    let strength = finish.emissive.into_iter().fold(0.0, f32::max);
+    if strength > 0.0 {
+        material["emissiveFactor"] = json!(finish.emissive.map(|c| c / strength.max(1.0)));
+        if strength > 1.0 {
+            extensions.insert(EMISSIVE_STRENGTH.to_owned(), json!({ "emissiveStrength": strength }));
+        }
+    }
+    if finish.ior != 1.5 {
+        extensions.insert(IOR.to_owned(), json!({ "ior": finish.ior }));
+    }
+    if !extensions.is_empty() {
+        material["extensions"] = extensions.into();
+    }
+    material
+}
+
+const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+const IOR: &str = "KHR_materials_ior";
+
+#[derive(Default)]
+struct Writer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Writer {
+    fn primitive(&mut self, shape: &Shape, material: usize, finish: &Finish) -> Value {
+        let flat3 = |v: &[Vec3]| v.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>();
+        let positions = self.floats(&flat3(&shape.positions), "VEC3");
+        let (low, high) = shape
+            .positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+        self.accessors[positions]["min"] = json!(low.to_array());
+        self.accessors[positions]["max"] = json!(high.to_array());
+        let mut attributes = json!({
+            "POSITION": positions,
+            "NORMAL": self.floats(&flat3(&shape.normals), "VEC3"),
+            "TEXCOORD_0": self.floats(&shape.uvs.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>(), "VEC2"),
+        });
+        if finish.normal_map.is_some() {
+            attributes["TANGENT"] = self.floats(&super::texture::tangents(shape), "VEC4").into();
+        }
+        let start = self.bytes.len();
+        self.bytes.extend(shape.indices.iter().flat_map(|i| i.to_le_bytes()));
+        self.views
+            .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start, "target": 34963 }));
+        self.accessors.push(json!({
+            "bufferView": self.views.len() - 1, "componentType": 5125, "count": shape.indices.len(), "type": "SCALAR",
+        }));
+        json!({ "attributes": attributes, "indices": self.accessors.len() - 1, "material": material })
+    }
+
+    fn floats(&mut self, values: &[f32], kind: &str) -> usize {
+        let width = match kind {
+            "VEC2" => 2,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let start = self.bytes.len();
+        self.bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+        self.views
+            .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start, "target": 34962 }));
+        self.accessors.push(json!({
+            "bufferView": self.views.len() - 1, "componentType": 5126, "count": values.len() / width, "type": kind,
+        }));
+        self.accessors.len() - 1
+    }
+}

@@ -1,0 +1,337 @@
+//! A laid dining table: dozens of glasses and bottles in front of each other, a rack of bottles behind.
+//!
+//! Nothing is transparent here: glass is drawn as a dark glossy solid, which hides what is behind it —
+//! the dense occlusion that this scene is for.
+
+use glam::Vec3;
+
+use super::builder::{Builder, Finish, MaterialId, Pose};
+use super::furniture::{self, slab};
+use super::noise::unit;
+use super::pattern::{self, rgb};
+use super::shape::Shape;
+use super::solids::{block, rounded_box};
+use super::sweep::{cask, disc, tube};
+use super::tableware;
+use super::texture::Image;
+
+/// Height of the table's top.
+const TOP: f32 = 0.76;
+
+struct Glasses {
+    tints: Vec<MaterialId>,
+    bottle: Vec<MaterialId>,
+    labels: Vec<MaterialId>,
+    foil: Vec<MaterialId>,
+}
+
+pub fn build(detail: f64) -> Builder {
+    let mut b = Builder::new("wine", detail);
+    let oak = cellar(&mut b);
+    let glasses = glass_materials(&mut b);
+    table(&mut b, oak);
+    places(&mut b, &glasses);
+    centre(&mut b, &glasses);
+    rack(&mut b, oak, &glasses);
+    sides(&mut b, oak, &glasses);
+    b
+}
+
+fn cellar(b: &mut Builder) -> MaterialId {
+    let stone = move |u, v| pattern::checker(u, v, 4, rgb(88, 80, 72), rgb(40, 34, 32));
+    let floor_map = b.texture("flags", Image::color(512, stone));
+    let floor_wear = b.texture("flags-wear", Image::roughness(256, move |u, v| pattern::wear(u, v, 0.5, 2)));
+    let floor = b.material(
+        Finish::dielectric("flagstones", [1.0; 3], 0.3).ior(1.8).map(floor_map, 0.5).roughness_map(floor_wear),
+    );
+    let brick_map = b.texture(
+        "brick",
+        Image::color(512, move |u, v| pattern::tiles(u, v, (6, 14), rgb(176, 134, 110), rgb(150, 142, 130), 0.5)),
+    );
+    let brick_bump =
+        b.texture("brick-bump", Image::normals(512, move |u, v| 0.006 * pattern::tile_height(u, v, (6, 14), 0.5)));
+    let brick = b.material(Finish::dielectric("brick", [1.0; 3], 0.86).map(brick_map, 0.7).normal_map(brick_bump));
+    let plaster = b.material(Finish::dielectric("lime plaster", rgb(196, 182, 158), 0.9));
+    let oak_map =
+        b.texture("oak", Image::color(512, move |u, v| pattern::grain(u, v, rgb(150, 106, 66), rgb(84, 56, 34))));
+    let oak = b.material(Finish::dielectric("cellar oak", [1.0; 3], 0.59).map(oak_map, 1.0));
+    b.add("floor", floor, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, -0.1, 0.0)));
+    b.add("ceiling", plaster, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, 3.0, 0.0)));
+    b.add("back wall", brick, slab(Vec3::new(8.4, 2.9, 0.2), Vec3::new(0.0, 1.45, -3.5)));
+    b.add("left wall", brick, slab(Vec3::new(0.2, 2.9, 9.0), Vec3::new(-3.6, 1.45, 0.0)));
+    b.add("right wall", plaster, slab(Vec3::new(0.2, 2.9, 9.0), Vec3::new(3.6, 1.45, 0.0)));
+    b.add("front wall", plaster, slab(Vec3::new(8.4, 2.9, 0.2), Vec3::new(0.0, 1.45, 4.6)));
+    for k in 0..5 {
+        let beam = rounded_box(Vec3::new(0.18, 0.2, 8.0), 0.02, b.segments(3, 1));
+        b.add("beam", oak, beam.at(-2.8 + 1.4 * k as f32, 2.79, 0.0));
+    }
+    oak
+}
+
+fn glass_materials(b: &mut Builder) -> Glasses {
+    let tint = |name: &str, color: [u8; 3], roughness: f32| {
+        Finish::dielectric(name, rgb(color[0], color[1], color[2]), roughness).ior(1.7)
+    };
+    let tints = [
+        ("smoked glass", [44, 48, 54], 0.0),
+        ("ruby wine", [110, 12, 28], 0.1),
+        ("amber glass", [150, 88, 22], 0.3),
+        ("blue glass", [24, 52, 120], 0.35),
+        ("silvered glass", [150, 152, 156], 0.25),
+    ];
+    let bottles = [
+        ("green bottle", [24, 56, 30], 0.3),
+        ("brown bottle", [70, 38, 18], 0.4),
+        ("black bottle", [22, 22, 26], 0.45),
+        ("pale bottle", [120, 124, 76], 0.5),
+    ];
+    Glasses {
+        tints: tints.into_iter().map(|(n, c, r)| b.material(tint(n, c, r))).collect(),
+        bottle: bottles.into_iter().map(|(n, c, r)| b.material(tint(n, c, r))).collect(),
+        labels: b.palette(
+            "label",
+            &[([226, 214, 184], 0.58), ([196, 40, 40], 0.56), ([230, 230, 224], 0.59), ([40, 52, 72], 0.57)],
+        ),
+        foil: vec![
+            b.material(Finish::metal("gold foil", [0.86, 0.66, 0.28], 0.5)),
+            b.material(Finish::metal("red foil", [0.5, 0.08, 0.08], 0.55)),
+            b.material(Finish::dielectric("cork", rgb(190, 150, 104), 0.597)),
+        ],
+    }
+}
+
+fn table(b: &mut Builder, oak: MaterialId) {
+    let board_map =
+        b.texture("table", Image::color(512, move |u, v| pattern::grain(u, v, rgb(86, 46, 28), rgb(38, 20, 14))));
+    let board_wear = b.texture("table-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.4, 12)));
+    let polish = Finish::dielectric("table polish", [1.0; 3], 0.16).ior(1.9).map(board_map, 0.7);
+    let board = b.material(polish.roughness_map(board_wear));
+    let parts = furniture::table(b, board, oak, 2.7, 3.0, TOP);
+    let mesh = b.mesh("table", parts);
+    b.place("table", mesh, Pose::at(0.0, 0.0, 0.1));
+    let seat = b.material(Finish::dielectric("oxblood seat", rgb(96, 26, 26), 0.59));
+    let parts = furniture::chair(b, oak, seat);
+    let chair = b.mesh("chair", parts);
+    for (x, z, yaw) in [
+        (-1.65f32, -0.7f32, 90.0f32),
+        (-1.65, 0.4, 84.0),
+        (1.65, -0.7, -90.0),
+        (1.65, 0.4, -96.0),
+        (-0.6, -1.75, 4.0),
+        (0.6, -1.75, -6.0),
+    ] {
+        b.place("chair", chair, Pose::at(x, 0.0, z).yaw(yaw));
+    }
+}
+
+fn places(b: &mut Builder, glasses: &Glasses) {
+    let china = b.palette("china", &[([232, 228, 216], 0.45), ([200, 214, 220], 0.55), ([56, 70, 96], 0.5)]);
+    let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.09));
+    let napkin_map = b.texture(
+        "napkin",
+        Image::color(256, move |u, v| pattern::weave(u, v, 64, rgb(190, 176, 150), rgb(150, 60, 56))),
+    );
+    let napkin = b.material(Finish::dielectric("napkin", [1.0; 3], 0.92).map(napkin_map, 4.0));
+    let forms = [
+        b.mesh("red wine glass", vec![(glasses.tints[1], tableware::wine_glass(b, 0.24, 0.048))]),
+        b.mesh("white wine glass", vec![(glasses.tints[4], tableware::wine_glass(b, 0.21, 0.038))]),
+        b.mesh("flute", vec![(glasses.tints[2], tableware::wine_glass(b, 0.26, 0.026))]),
+        b.mesh("water glass", vec![(glasses.tints[3], tableware::cup(b, 0.036, 0.12, 0.004))]),
+        b.mesh("smoked glass", vec![(glasses.tints[0], tableware::wine_glass(b, 0.23, 0.044))]),
+    ];
+    let charger = b.mesh("charger", vec![(china[2], tableware::plate(b, 0.155))]);
+    let plate = b.mesh("plate", vec![(china[0], tableware::plate(b, 0.125))]);
+    let bowl = b.mesh("soup bowl", vec![(china[1], tableware::bowl(b, 0.085))]);
+    let pieces: Vec<_> = (0..3).map(|k| b.mesh("cutlery", vec![(silver, tableware::cutlery(b, k))])).collect();
+    let cloth = b.mesh("napkin", vec![(napkin, rounded_box(Vec3::new(0.1, 0.02, 0.19), 0.008, b.segments(4, 1)))]);
+    // Two long sides, the far end and two settings towards the viewer.
+    let seats = [
+        (-1.1f32, -0.7f32, 90.0f32),
+        (-1.1, 0.35, 90.0),
+        (1.1, -0.7, -90.0),
+        (1.1, 0.35, -90.0),
+        (-0.55, -1.15, 0.0),
+        (0.55, -1.15, 0.0),
+        (-0.62, 1.28, 180.0),
+        (0.66, 1.3, 180.0),
+    ];
+    for (i, (x, z, yaw)) in seats.into_iter().enumerate() {
+        // Ahead is where the guest looks; a setting's own −X is at the guest's right.
+        let turn = super::shape::turn(Vec3::Y, yaw);
+        let put = |right: f32, ahead: f32| {
+            let p = Vec3::new(x, TOP, z) + turn * Vec3::new(-right, 0.0, ahead);
+            Pose::at(p.x, p.y + 0.0005, p.z).yaw(yaw)
+        };
+        b.place("charger", charger, put(0.0, 0.0));
+        let on = |pose: Pose, up: f32| Pose { position: pose.position + Vec3::Y * up, ..pose };
+        b.place("plate", plate, on(put(0.0, 0.0), 0.012));
+        if i % 2 == 0 {
+            b.place("bowl", bowl, on(put(0.0, 0.0), 0.022));
+        } else {
+            b.place("napkin", cloth, on(put(0.0, 0.0), 0.036).yaw(20.0));
+        }
+        for (k, right) in [(1usize, -0.2f32), (2, 0.2), (0, 0.235)] {
+            b.place("cutlery", pieces[k], put(right, 0.0).yaw(180.0));
+        }
+        for k in 0..5 {
+            let u = |j| unit((i * 5 + k) as i32, j, 77) - 0.5;
+            let (right, ahead) = (-0.18 + 0.115 * k as f32 + 0.03 * u(0), 0.24 + 0.07 * ((k % 2) as f32) + 0.03 * u(1));
+            b.place("glass", forms[(k + i) % forms.len()], put(right, ahead));
+        }
+    }
+}
+
+fn centre(b: &mut Builder, glasses: &Glasses) {
+    let bottles: Vec<_> = (0..4)
+        .map(|k| {
+            let parts = tableware::bottle(
+                b,
+                glasses.bottle[k],
+                glasses.labels[k],
+                glasses.foil[k % 3],
+                0.31 + 0.012 * k as f32,
+                (k % 2) as f32,
+            );
+            b.mesh("bottle", parts)
+        })
+        .collect();
+    for (i, (x, z)) in [
+        (-0.28f32, 0.05f32),
+        (0.14, -0.42),
+        (-0.1, -0.72),
+        (0.42, 0.28),
+        (0.05, 0.62),
+        (-0.46, 0.58),
+        (-0.38, -0.36),
+        (0.36, -0.1),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        b.place(&format!("bottle {}", i + 1), bottles[i % 4], Pose::at(x, TOP + 0.0005, z).yaw(50.0 * i as f32));
+    }
+    // Glasses set down between the guests: the eyes see different ones through the gaps.
+    let forms: Vec<_> = (0..5)
+        .map(|k| {
+            let form = tableware::wine_glass(b, 0.2 + 0.02 * k as f32, 0.036 + 0.003 * (k % 3) as f32);
+            b.mesh("set-down glass", vec![(glasses.tints[k], form)])
+        })
+        .collect();
+    for k in 0..30 {
+        let u = |i| unit(k as i32, i, 123);
+        let (column, row) = ((k % 6) as f32 - 2.5, (k / 6) as f32);
+        let (x, z) = (0.24 * column + 0.1 * (u(0) - 0.5), 1.02 - 0.42 * row + 0.16 * (u(1) - 0.5));
+        b.place("set-down glass", forms[k % 5], Pose::at(x, TOP + 0.0005, z));
+    }
+    let brass = b.material(Finish::metal("candle brass", [0.82, 0.64, 0.32], 0.4));
+    let wax = b.material(Finish::dielectric("wax", rgb(232, 220, 190), 0.59));
+    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([4.0, 2.5, 1.0]));
+    for (x, z, h) in [(-0.08f32, -0.1f32, 0.2f32), (0.22, 0.02, 0.14), (-0.16, 0.32, 0.1), (0.0, -1.0, 0.16)] {
+        b.add("candlestick", brass, furniture::turned_foot(b, 0.12, 0.05).at(x, TOP + 0.0005, z));
+        let parts = tableware::candle(b, wax, flame, 0.016, h);
+        let candle = b.mesh("candle", parts);
+        b.place("candle", candle, Pose::at(x, TOP + 0.1205, z));
+    }
+    let glaze = b.material(Finish::dielectric("fruit bowl", rgb(70, 84, 74), 0.5));
+    b.add("fruit bowl", glaze, tableware::bowl(b, 0.17).at(0.28, TOP + 0.0005, 0.82));
+    let skins = b.palette("fruit", &[([150, 30, 34], 0.55), ([186, 150, 40], 0.58), ([70, 96, 30], 0.57)]);
+    for k in 0..9 {
+        let a = k as f32 * 0.9;
+        let ring = if k < 6 { 0.085 } else { 0.04 };
+        let y = TOP + if k < 6 { 0.055 } else { 0.11 };
+        let at = (0.28 + ring * super::shape::sin(a), 0.82 + ring * super::shape::cos(a));
+        b.add("fruit", skins[k % 3], tableware::apple(b, 0.036).at(at.0, y, at.1));
+    }
+    let grape = b.material(Finish::dielectric("grapes", rgb(60, 24, 64), 0.54));
+    let mut bunch = Shape::default();
+    for k in 0..46 {
+        let u = |i| unit(k, i, 3);
+        let fall = u(2);
+        let spread = 0.055 * (1.0 - 0.6 * fall);
+        let ball = super::solids::sphere(0.013, b.segments(20, 6));
+        bunch.push(ball.at(
+            spread * (2.0 * u(0) - 1.0) - 0.5,
+            TOP + 0.014 + 0.05 * u(1) * (1.0 - fall),
+            0.92 + spread * (2.0 * u(3) - 1.0) + 0.05 * fall,
+        ));
+    }
+    b.add("grapes", grape, bunch);
+    let board = b.material(Finish::dielectric("olive board", rgb(140, 98, 58), 0.53));
+    b.add("cheese board", board, block(0.34, 0.02, 0.22, 0.008, b.segments(4, 1)).at(-0.5, TOP + 0.0005, 0.94));
+}
+
+fn rack(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
+    let s = b.segments(3, 1);
+    let mut lattice = Shape::default();
+    let (columns, rows, pitch) = (14usize, 9usize, 0.19f32);
+    let left = -(columns as f32) * pitch / 2.0;
+    for i in 0..=columns {
+        lattice.push(block(0.02, rows as f32 * pitch + 0.02, 0.3, 0.003, s).at(left + i as f32 * pitch, 0.1, -3.2));
+    }
+    for j in 0..=rows {
+        let y = 0.101 + j as f32 * pitch;
+        lattice.push(block(columns as f32 * pitch + 0.06, 0.018, 0.28, 0.003, s).at(0.0, y, -3.2));
+    }
+    b.add("rack", oak, lattice);
+    let bottles: Vec<_> = (0..4)
+        .map(|k| {
+            let parts = tableware::bottle(b, glasses.bottle[k], glasses.labels[k], glasses.foil[(k + 1) % 3], 0.3, 0.5);
+            b.mesh("racked bottle", parts)
+        })
+        .collect();
+    for j in 0..rows {
+        for i in 0..columns {
+            let k = (unit(i as i32, j as i32, 19) * 5.0) as usize;
+            if k < 4 {
+                let (x, y) = (left + (i as f32 + 0.5) * pitch, 0.12 + j as f32 * pitch + 0.04);
+                b.place("racked bottle", bottles[k], Pose::at(x, y, -3.32).pitch(90.0));
+            }
+        }
+    }
+}
+
+fn sides(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
+    let marble_map = b.texture(
+        "marble",
+        Image::color(256, move |u, v| pattern::marble(u, v, rgb(206, 200, 190), rgb(90, 86, 84), 6)),
+    );
+    let marble = b.material(Finish::dielectric("marble", [1.0; 3], 0.14).ior(1.7).map(marble_map, 0.8));
+    let copper = b.material(Finish::metal("copper", [0.90, 0.54, 0.40], 0.5));
+    for side in [-1.0f32, 1.0] {
+        let x = side * 2.75;
+        b.add("sideboard", oak, block(0.55, 0.86, 2.2, 0.015, b.segments(3, 1)).at(x, 0.0, -1.2));
+        b.add("sideboard top", marble, block(0.62, 0.035, 2.28, 0.01, b.segments(3, 1)).at(x, 0.861, -1.2));
+        for k in 0..7 {
+            let z = -2.1 + 0.3 * k as f32;
+            let form = tableware::wine_glass(b, 0.2 + 0.015 * (k % 3) as f32, 0.04);
+            b.add("glass", glasses.tints[k % 5], form.at(x - side * (0.1 + 0.08 * (k % 2) as f32), 0.8965, z));
+        }
+        let parts = tableware::bottle(b, glasses.bottle[2], glasses.labels[0], glasses.foil[0], 0.42, 1.0);
+        let magnum = b.mesh("magnum", parts);
+        for k in 0..3 {
+            b.place("magnum", magnum, Pose::at(x + side * 0.12, 0.8965, -1.9 + 0.55 * k as f32));
+        }
+        b.add("bucket", copper, tableware::cup(b, 0.13, 0.24, 0.006).at(x - side * 0.05, 0.8965, 0.12 - 0.15));
+    }
+    // A cask near each edge of the view.
+    let iron = b.material(Finish::metal("hoop iron", [0.36, 0.35, 0.34], 0.58));
+    for (x, z) in [(-2.45f32, 0.9f32), (2.4, 1.0)] {
+        let (staves, hoops) = cask(b.segments(96, 16), 0.3, 0.9, 6);
+        let mesh = b.mesh("cask", vec![(oak, staves), (iron, hoops)]);
+        b.place("cask", mesh, Pose::at(x, 0.0, z));
+    }
+    let shade = b.material(Finish::dielectric("copper shade", rgb(150, 74, 44), 0.56));
+    let bulb = b.material(Finish::dielectric("bulb", [0.9; 3], 0.9).emissive([4.0, 3.2, 2.2]));
+    let parts = furniture::pendant(b, shade, bulb, 0.7, 0.2);
+    let pendant = b.mesh("pendant", parts);
+    for x in [-0.7f32, 0.7] {
+        b.place("pendant", pendant, Pose::at(x, 2.9, -1.0));
+    }
+    let rail = tube(&[Vec3::new(-1.4, 2.05, -3.2), Vec3::new(1.4, 2.05, -3.2)], 0.02, b.segments(20, 8));
+    b.add("rail", copper, rail);
+    let mut row = Shape::default();
+    for k in 0..9 {
+        row.push(disc(0.12, 0.02, b.segments(48, 10)).turned(Vec3::X, 80.0).at(-1.2 + 0.3 * k as f32, 1.97, -3.12));
+    }
+    b.add("copper plates", copper, row);
+}

@@ -1,0 +1,76 @@
+//! Environment maps from `.hdr` (Radiance) and `.exr` files.
+
+use std::io::Cursor;
+
+use crate::scene::Equirect;
+use crate::scene::error::Reason;
+
+/// Wider maps are averaged down to this: finer than a pixel of any reflection, and 4 MiB a channel.
+const MOST_WIDTH: u32 = 2048;
+
+/// Decodes a map; the bytes decide which kind it is.
+pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
+    let map = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { decode_exr(bytes)? } else { decode_hdr(bytes)? };
+    if map.width == 0 || map.height == 0 {
+        return Err("the map has no pixels".to_owned());
+    }
+    let height = (u64::from(map.height) * u64::from(MOST_WIDTH) / u64::from(map.width)).max(1) as u32;
+    Ok(map.downsample(MOST_WIDTH, height))
+}
+
+fn decode_hdr(bytes: &[u8]) -> Result<Equirect, Reason> {
+    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes))
+        .map_err(|error| format!("neither Radiance HDR nor OpenEXR: {error}"))?;
+    let image =
+        image::DynamicImage::from_decoder(decoder).map_err(|error| format!("Radiance HDR: {error}"))?.into_rgb32f();
+    let (width, height) = image.dimensions();
+    Ok(Equirect { width, height, texels: image.pixels().map(|p| p.0).collect() })
+}
+
+fn decode_exr(bytes: &[u8]) -> Result<Equirect, Reason> {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgba_channels(
+            |size, _| Equirect {
+                width: size.width() as u32,
+                height: size.height() as u32,
+                texels: vec![[0.0; 3]; size.area()],
+            },
+            |map: &mut Equirect, at, (r, g, b, _): (f32, f32, f32, f32)| {
+                map.texels[at.y() * map.width as usize + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| format!("OpenEXR: {error}"))?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exr_and_hdr_decode_and_noise_is_refused() {
+        let pixel = |x: usize, y: usize| (x as f32, y as f32, 0.5);
+        let mut exr = Cursor::new(Vec::new());
+        use exr::prelude::{Image, SpecificChannels, WritableImage};
+        let image =
+            Image::from_channels((8, 4), SpecificChannels::rgb(|p: exr::math::Vec2<usize>| pixel(p.x(), p.y())));
+        image.write().non_parallel().to_buffered(&mut exr).expect("written");
+        let map = decode(exr.get_ref()).expect("decoded");
+        assert_eq!((map.width, map.height), (8, 4));
+        assert_eq!(map.texels[8 + 3], [3.0, 1.0, 0.5]);
+        let mut hdr = Vec::new();
+        let pixels: Vec<image::Rgb<f32>> = (0..32).map(|i| image::Rgb([i as f32, 1.0, 0.25])).collect();
+        image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 8, 4).expect("written");
+        let map = decode(&hdr).expect("decoded");
+        assert!((map.texels[31][0] - 31.0).abs() < 0.2);
+        assert!(decode(b"nothing of the kind").is_err());
+        assert!(decode(&exr.get_ref()[..60]).is_err());
+    }
+}

@@ -1,0 +1,23 @@
+//! What can be wrong with a scene; each message names the file and the place in it.
+
+use std::path::PathBuf;
+
+/// A scene could not be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// Neither a built-in name nor a file of a known kind.
+    #[error("unknown scene `{name}`: give a built-in name ({known}), a manifest (.json), or a .gltf or .glb file")]
+    Unknown { name: String, known: String },
+    /// The file that was asked for cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    /// The file requires a glTF extension that this program does not implement.
+    #[error("{file}: requires the glTF extension `{extension}`, which is not supported; supported: {supported}")]
+    Extension { file: String, extension: String, supported: String },
+    /// The content is wrong: `reason` names the place and what is wrong there.
+    #[error("{file}: {reason}")]
+    Invalid { file: String, reason: String },
+}
+
+/// A reason without its file yet: inner functions name the place, the outermost one the file.
+pub(crate) type Reason = String;

@@ -1,0 +1,254 @@
+//! Document + manifest → [`Scene`]: views, lights, environment and motion resolved and checked.
+
+use glam::{DMat3, DQuat, DVec3, Vec3};
+
+use super::document::Document;
+use super::files::Reader;
+use super::framing;
+use crate::scene::environment::sky;
+use crate::scene::error::{Reason, SceneError};
+use crate::scene::manifest::{EnvironmentSpec, LightSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec};
+use crate::scene::motion::{FRAME_S, Motion, Path};
+use crate::scene::{Environment, Equirect, Fallback, Light, Scene, View};
+
+/// Open meshes' thickness over the distance of the nearest content: two pixels of a 1080-line image.
+const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
+
+/// A glTF on its own: default sky (with its sun where the file brings no light), default view if it has none.
+pub fn bare(name: String, document: Document, reader: Reader) -> Result<Scene, SceneError> {
+    let sky_spec = SkySpec::default();
+    let lit = !document.lights.is_empty() || document.materials.iter().any(|m| m.emissive != Vec3::ZERO);
+    let mut scene = scene(name, document, Environment::from_radiance(sky::radiance(&sky_spec)), reader);
+    if !lit {
+        scene.lights.extend(sky::sun(&sky_spec));
+    }
+    Ok(scene)
+}
+
+/// A glTF seen through a manifest; `map` is its environment file, decoded.
+pub fn with_manifest(
+    manifest: &Manifest,
+    document: Document,
+    map: Option<Equirect>,
+    reader: Reader,
+) -> Result<Scene, Reason> {
+    let exposure = manifest.exposure;
+    if !(exposure.is_finite() && exposure > 0.0) {
+        return Err(format!("exposure is {exposure}; it must be a number above 0"));
+    }
+    let mut lights = Vec::new();
+    for (i, light) in manifest.lights.iter().enumerate() {
+        lights.push(self::light(light).map_err(|reason| format!("lights[{i}]: {reason}"))?);
+    }
+    let environment = match &manifest.environment {
+        Some(EnvironmentSpec::Constant(radiance)) => {
+            check_color("environment.constant", *radiance)?;
+            Environment::constant(*radiance)
+        }
+        Some(EnvironmentSpec::Map(spec)) => Environment::from_radiance(placed_map(spec, map)?),
+        Some(EnvironmentSpec::Sky(spec)) => {
+            lights.extend(sky::sun(spec));
+            Environment::from_radiance(sky::radiance(spec))
+        }
+        None => Environment::from_radiance(sky::radiance(&SkySpec::default())),
+    };
+    let mut views = Vec::new();
+    for spec in &manifest.views {
+        if views.iter().any(|v: &View| v.name == spec.name) {
+            return Err(format!("view `{}` is there twice", spec.name));
+        }
+        views.push(view(spec).map_err(|reason| format!("view `{}`: {reason}", spec.name))?);
+    }
+    let paths = document.paths.clone();
+    let mut scene = scene(manifest.name.clone(), document, environment, reader);
+    scene.lights.extend(lights);
+    if !views.is_empty() {
+        let own = std::mem::take(&mut scene.views);
+        let fresh = own.into_iter().filter(|v| v.name != "default" && views.iter().all(|w| w.name != v.name));
+        let fresh: Vec<View> = fresh.collect();
+        scene.views = views;
+        scene.views.extend(fresh);
+    }
+    scene.fallback = manifest.fallback;
+    scene.exposure = exposure;
+    if let Some(thickness) = manifest.open_mesh_thickness_m {
+        if !(thickness.is_finite() && thickness >= 0.0) {
+            return Err(format!("open_mesh_thickness_m is {thickness}; it must be 0 or more"));
+        }
+        scene.open_mesh_thickness_m = thickness;
+    }
+    for spec in &manifest.motion {
+        let motion = motion(spec, &scene, &paths).map_err(|reason| format!("motion of `{}`: {reason}", spec.node))?;
+        scene.motions.push(motion);
+    }
+    scene.set_time(0.0, FRAME_S);
+    Ok(scene)
+}
+
+/// Hashes what the manifest says, whatever its layout, and not where the geometry came from: its bytes are hashed
+/// themselves, so that a built-in and its export are one scene.
+pub fn hash_manifest(reader: &mut Reader, manifest: &Manifest) {
+    let manifest = Manifest { geometry: None, ..manifest.clone() };
+    // Serialising plain data into memory cannot fail.
+    reader.hash(&serde_json::to_vec(&manifest).unwrap_or_default());
+}
+
+fn scene(name: String, document: Document, environment: Environment, reader: Reader) -> Scene {
+    let mut views = document.views;
+    if views.is_empty() {
+        views.push(framing::default_view(&document.primitives, &document.instances));
+    }
+    let nearest = framing::nearest(&views[0], &document.primitives, &document.instances);
+    Scene {
+        name,
+        primitives: document.primitives,
+        instances: document.instances,
+        materials: document.materials,
+        textures: document.textures,
+        lights: document.lights,
+        environment,
+        views,
+        fallback: Fallback::default(),
+        exposure: 1.0,
+        open_mesh_thickness_m: (nearest * THICKNESS_OVER_NEAREST) as f32,
+        motions: Vec::new(),
+        content_sha256: reader.finish(),
+        repairs: document.repairs,
+    }
+}
+
+fn view(spec: &ViewSpec) -> Result<View, Reason> {
+    let position = DVec3::from_array(spec.position);
+    let numbers = [spec.vertical_fov_deg, spec.ipd_m, spec.cant_deg, spec.near_m];
+    if !position.is_finite() || numbers.iter().any(|x| !x.is_finite()) {
+        return Err("a number is not finite".to_owned());
+    }
+    if !(1.0..=170.0).contains(&spec.vertical_fov_deg) {
+        return Err(format!("vertical_fov_deg is {}; it must be 1 to 170", spec.vertical_fov_deg));
+    }
+    if spec.near_m <= 0.0 {
+        return Err(format!("near_m is {}; it must be above 0", spec.near_m));
+    }
+    let world_from_view = match (spec.target, spec.orientation) {
+        (Some(target), None) => look_at(position, DVec3::from_array(target))?,
+        (None, Some(q)) => {
+            let q = DQuat::from_array(q);
+            if !(q.is_finite() && q.length_squared() > 1e-12) {
+                return Err("orientation is not a quaternion".to_owned());
+            }
+            q.normalize()
+        }
+        _ => return Err("give `target` or `orientation`, one of the two".to_owned()),
+    };
+    Ok(View {
+        name: spec.name.clone(),
+        position,
+        world_from_view,
+        vertical_fov_rad: spec.vertical_fov_deg.to_radians(),
+        ipd_m: spec.ipd_m,
+        cant_rad: spec.cant_deg.to_radians(),
+        near_m: spec.near_m,
+    })
+}
+
+/// World from view, looking from `from` at `to` with the head upright.
+fn look_at(from: DVec3, to: DVec3) -> Result<DQuat, Reason> {
+    let back = (from - to).try_normalize().filter(|b| b.is_finite()).ok_or("target and position are the same point")?;
+    let right = DVec3::Y.cross(back).try_normalize().unwrap_or(DVec3::X);
+    Ok(DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize())
+}
+
+fn light(spec: &LightSpec) -> Result<Light, Reason> {
+    let range = |range: Option<f32>| match range {
+        None => Ok(f32::INFINITY),
+        Some(r) if r > 0.0 => Ok(r),
+        Some(r) => Err(format!("range_m is {r}; it must be above 0")),
+    };
+    Ok(match spec {
+        LightSpec::Directional { direction, irradiance } => {
+            check_color("irradiance", *irradiance)?;
+            let direction = Vec3::from_array(*direction).try_normalize().ok_or("direction has no length")?;
+            Light::Directional { direction, irradiance: Vec3::from_array(*irradiance) }
+        }
+        LightSpec::Point { position, intensity, range_m } => {
+            check_color("intensity", *intensity)?;
+            Light::Point {
+                position: finite(*position)?,
+                intensity: Vec3::from_array(*intensity),
+                range_m: range(*range_m)?,
+            }
+        }
+        LightSpec::Spot { position, target, intensity, range_m, inner_deg, outer_deg } => {
+            check_color("intensity", *intensity)?;
+            if !(0.0 <= *inner_deg && inner_deg < outer_deg && *outer_deg <= 90.0) {
+                return Err(format!("0 ≤ inner_deg < outer_deg ≤ 90 must hold; they are {inner_deg} and {outer_deg}"));
+            }
+            let position = finite(*position)?;
+            let direction = (finite(*target)? - position).try_normalize().ok_or("target and position are one point")?;
+            Light::Spot {
+                position,
+                direction: direction.as_vec3(),
+                intensity: Vec3::from_array(*intensity),
+                range_m: range(*range_m)?,
+                inner_rad: inner_deg.to_radians(),
+                outer_rad: outer_deg.to_radians(),
+            }
+        }
+    })
+}
+
+fn placed_map(spec: &MapSpec, map: Option<Equirect>) -> Result<Equirect, Reason> {
+    if !(spec.intensity.is_finite() && spec.intensity >= 0.0 && spec.rotation_deg.is_finite()) {
+        return Err(format!("environment: intensity {} or rotation {} is no use", spec.intensity, spec.rotation_deg));
+    }
+    let mut map = map.ok_or("environment: the map was not read")?;
+    if spec.rotation_deg != 0.0 {
+        map = map.rotated(spec.rotation_deg.to_radians());
+    }
+    let most = spec.clamp.unwrap_or(f32::INFINITY);
+    map.texels.iter_mut().flatten().for_each(|c| *c = (*c * spec.intensity).min(most));
+    Ok(map)
+}
+
+fn motion(spec: &MotionSpec, scene: &Scene, paths: &[Vec<String>]) -> Result<Motion, Reason> {
+    let instances: Vec<usize> = (0..paths.len()).filter(|i| paths[*i].contains(&spec.node)).collect();
+    if instances.is_empty() {
+        return Err("no node of that name carries a mesh".to_owned());
+    }
+    let turning = |axis: [f64; 3], period_s: f64| -> Result<DVec3, Reason> {
+        period(period_s)?;
+        finite(axis)?.try_normalize().ok_or_else(|| "axis has no length".to_owned())
+    };
+    let path = match spec.path {
+        PathSpec::Orbit { center, axis, period_s } => {
+            Path::Orbit { center: finite(center)?, axis: turning(axis, period_s)?, period_s }
+        }
+        PathSpec::Spin { axis, period_s } => {
+            let (low, high) = framing::bounds(&scene.primitives, instances.iter().map(|i| &scene.instances[*i]));
+            Path::Orbit { center: (low + high) / 2.0, axis: turning(axis, period_s)?, period_s }
+        }
+        PathSpec::Translate { offset_m, period_s } => {
+            period(period_s)?;
+            Path::Sway { offset_m: finite(offset_m)?, period_s }
+        }
+    };
+    let rest = instances.iter().map(|i| scene.instances[*i].world_from_object).collect();
+    Ok(Motion { instances, rest, path })
+}
+
+fn period(period_s: f64) -> Result<(), Reason> {
+    if period_s.is_finite() && period_s != 0.0 { Ok(()) } else { Err(format!("period_s is {period_s}")) }
+}
+
+fn finite(p: [f64; 3]) -> Result<DVec3, Reason> {
+    let p = DVec3::from_array(p);
+    if p.is_finite() { Ok(p) } else { Err("a coordinate is not finite".to_owned()) }
+}
+
+fn check_color(what: &str, c: [f32; 3]) -> Result<(), Reason> {
+    if c.iter().all(|x| x.is_finite() && *x >= 0.0) {
+        Ok(())
+    } else {
+        Err(format!("{what} is {c:?}; each must be ≥ 0"))
+    }
+}

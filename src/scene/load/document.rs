@@ -1,0 +1,290 @@
+//! A whole glTF: its nodes' meshes, materials, lights and cameras, gathered and mended.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
+use gltf::json::Root;
+use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
+use gltf::json::mesh::Primitive as JsonPrimitive;
+use gltf::json::validation::Checked;
+
+use super::accessor::Buffers;
+use super::files::Reader;
+use super::image::Textures;
+use super::nodes::{self, Placed};
+use super::repair::{self, Mesh};
+use super::{container, material, mesh, weld};
+use crate::scene::error::{Reason, SceneError};
+use crate::scene::{Instance, Light, Material, Primitive, Texture, View};
+
+/// Distance between the eyes where a glTF camera says nothing: the adult mean, metres.
+pub const DEFAULT_IPD_M: f64 = 0.063;
+
+/// What a glTF file holds, in the renderer's terms.
+#[derive(Debug, Default)]
+pub struct Document {
+    pub primitives: Vec<Primitive>,
+    pub instances: Vec<Instance>,
+    /// Per instance: node names from the root down to its own.
+    pub paths: Vec<Vec<String>>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub lights: Vec<Light>,
+    pub views: Vec<View>,
+    pub repairs: Vec<String>,
+}
+
+/// Reads a `.gltf` or `.glb` whose bytes are at hand; other files come through `reader`.
+pub fn read(file: &str, bytes: &[u8], reader: &mut Reader) -> Result<Document, SceneError> {
+    let (root, blob) = container::parse(file, bytes)?;
+    reader.hash(bytes);
+    build(root, blob, reader).map_err(|reason| SceneError::Invalid { file: file.to_owned(), reason })
+}
+
+fn build(root: Root, mut blob: Option<Vec<u8>>, reader: &mut Reader) -> Result<Document, Reason> {
+    let mut data = Vec::with_capacity(root.buffers.len());
+    for (i, buffer) in root.buffers.iter().enumerate() {
+        let bytes = match &buffer.uri {
+            Some(uri) => reader.read(uri).map_err(|reason| format!("buffers[{i}]: {reason}"))?,
+            None => blob.take().ok_or_else(|| format!("buffers[{i}] has no uri and there is no binary chunk"))?,
+        };
+        if (bytes.len() as u64) < buffer.byte_length.0 {
+            return Err(format!("buffers[{i}] holds {} bytes, {} are promised", bytes.len(), buffer.byte_length.0));
+        }
+        data.push(bytes);
+    }
+    let buffers = Buffers { root, buffers: data };
+    let placed = nodes::place(&buffers.root)?;
+    let mut builder =
+        Builder { buffers: &buffers, out: Document::default(), made: BTreeMap::new(), default_material: None };
+    builder.materials(reader)?;
+    for node in &placed {
+        builder.node(node, &placed)?;
+    }
+    Ok(builder.out)
+}
+
+/// (mesh, primitive, weights' bits, mirrored) → the primitive made of it; `None`: nothing to draw.
+type MadeKey = (usize, usize, Vec<u32>, bool);
+
+struct Builder<'a> {
+    buffers: &'a Buffers,
+    out: Document,
+    made: BTreeMap<MadeKey, Option<usize>>,
+    default_material: Option<usize>,
+}
+
+impl Builder<'_> {
+    fn materials(&mut self, reader: &mut Reader) -> Result<(), Reason> {
+        let mut textures = Textures::default();
+        for (i, json) in self.buffers.root.materials.iter().enumerate() {
+            let name = json.name.clone().unwrap_or_else(|| i.to_string());
+            let mut notes = Vec::new();
+            let made = material::read(self.buffers, reader, &mut textures, json, &mut notes);
+            self.out.materials.push(made.map_err(|reason| format!("material `{name}`: {reason}"))?);
+            self.out.repairs.extend(notes.into_iter().map(|note| format!("material `{name}`: {note}")));
+        }
+        self.out.textures = textures.list;
+        Ok(())
+    }
+
+    fn node(&mut self, placed: &Placed, all: &[Placed]) -> Result<(), Reason> {
+        let node = &self.buffers.root.nodes[placed.node];
+        let label = nodes::label(node, placed.node);
+        if let Some(camera) = node.camera {
+            self.camera(camera.value(), placed, &label);
+        }
+        if let Some(light) = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) {
+            self.light(light.light.value(), placed, &label)?;
+        }
+        let Some(mesh) = node.mesh else { return Ok(()) };
+        let json =
+            self.buffers.root.meshes.get(mesh.value()).ok_or_else(|| format!("{label}: its mesh does not exist"))?;
+        let name = json.name.clone().unwrap_or_else(|| format!("meshes[{}]", mesh.value()));
+        let weights = node.weights.as_ref().or(json.weights.as_ref()).cloned().unwrap_or_default();
+        let skin = node.skin.map(|s| self.joints(s.value(), all)).transpose().map_err(|r| format!("{label}: {r}"))?;
+        for (k, primitive) in json.primitives.iter().enumerate() {
+            let at = |reason: Reason| format!("mesh `{name}` primitive {k}: {reason}");
+            let (index, world_from_object) = match &skin {
+                Some((origin, joints)) => {
+                    let made = self.primitive(&name, k, primitive, &weights, Some(joints)).map_err(at)?;
+                    (made, DAffine3::from_translation(*origin))
+                }
+                None => {
+                    let mirrored = placed.world_from_node.matrix3.determinant() < 0.0;
+                    let key = (mesh.value(), k, weights.iter().map(|w| w.to_bits()).collect(), mirrored);
+                    let made = match self.made.get(&key) {
+                        Some(made) => *made,
+                        None => {
+                            let made = self.primitive(&name, k, primitive, &weights, None).map_err(at)?;
+                            if let Some(index) = made.filter(|_| mirrored) {
+                                mesh::mirror(&mut self.out.primitives[index]);
+                            }
+                            self.made.insert(key, made);
+                            made
+                        }
+                    };
+                    // The mirrored mesh under the un-mirrored transform: every instance keeps its winding.
+                    let flip = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
+                    (made, placed.world_from_node * DAffine3::from_scale(flip))
+                }
+            };
+            let Some(primitive) = index else { continue };
+            self.out.instances.push(Instance {
+                primitive,
+                world_from_object,
+                previous_world_from_object: world_from_object,
+            });
+            self.out.paths.push(placed.path.clone());
+        }
+        Ok(())
+    }
+
+    fn primitive(
+        &mut self,
+        mesh_name: &str,
+        k: usize,
+        json: &JsonPrimitive,
+        weights: &[f32],
+        joints: Option<&Vec<DMat4>>,
+    ) -> Result<Option<usize>, Reason> {
+        let name = if k == 0 { mesh_name.to_owned() } else { format!("{mesh_name}/{k}") };
+        let Some(mut mesh) = mesh::read(self.buffers, json, weights, joints.map(Vec::as_slice))? else {
+            self.out.repairs.push(format!("mesh `{name}`: points or lines are not drawn"));
+            return Ok(None);
+        };
+        let closed = weld::is_closed(&mesh.positions, &mesh.indices);
+        let material = match json.material {
+            Some(index) if index.value() < self.buffers.root.materials.len() => index.value(),
+            Some(index) => return Err(format!("materials[{}] does not exist", index.value())),
+            None => *self.default_material.get_or_insert_with(|| {
+                self.out.materials.push(material::default_material());
+                self.out.materials.len() - 1
+            }),
+        };
+        let normal_map_uv = self.out.materials[material].normal_texture.as_ref().map(|t| t.uv_set);
+        let said = repair::mend(&mut mesh, normal_map_uv);
+        self.out.repairs.extend(said.into_iter().map(|what| format!("mesh `{name}`: {what}")));
+        if mesh.indices.is_empty() {
+            self.out.repairs.push(format!("mesh `{name}`: no triangle is left, so it is not drawn"));
+            return Ok(None);
+        }
+        self.out.primitives.push(finish(name, mesh, material, closed));
+        Ok(Some(self.out.primitives.len() - 1))
+    }
+
+    /// The skin's origin (kept apart so that f32 positions stay small) and its joint matrices relative to it.
+    fn joints(&self, index: usize, all: &[Placed]) -> Result<(DVec3, Vec<DMat4>), Reason> {
+        let skin = self.buffers.root.skins.get(index).ok_or_else(|| format!("skins[{index}] does not exist"))?;
+        let world = |node: usize| {
+            let found = all.iter().find(|p| p.node == node).map(|p| p.world_from_node);
+            found.ok_or_else(|| format!("skins[{index}]: joint node {node} is not in the scene"))
+        };
+        let inverse: Vec<DMat4> = match skin.inverse_bind_matrices {
+            Some(accessor) => self
+                .buffers
+                .numbers(accessor, &[16])?
+                .values
+                .chunks_exact(16)
+                .map(|m| DMat4::from_cols_slice(&m.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()))
+                .collect(),
+            None => vec![DMat4::IDENTITY; skin.joints.len()],
+        };
+        if inverse.len() < skin.joints.len() {
+            return Err(format!("skins[{index}]: {} bind matrices for {} joints", inverse.len(), skin.joints.len()));
+        }
+        let origin = skin.joints.first().map_or(Ok(DVec3::ZERO), |j| world(j.value()).map(|w| w.translation))?;
+        let joints: Result<Vec<DMat4>, Reason> = skin
+            .joints
+            .iter()
+            .zip(&inverse)
+            .map(|(joint, inverse)| {
+                Ok(DMat4::from_translation(-origin) * DMat4::from(world(joint.value())?) * *inverse)
+            })
+            .collect();
+        Ok((origin, joints?))
+    }
+
+    fn camera(&mut self, index: usize, placed: &Placed, label: &str) {
+        let Some(camera) = self.buffers.root.cameras.get(index) else { return };
+        let Some(lens) = camera.perspective.as_ref().filter(|l| l.yfov > 0.0 && l.yfov < 3.1) else {
+            self.out.repairs.push(format!("{label}: its camera is not a perspective one and makes no view"));
+            return;
+        };
+        let Some(world_from_view) = orientation(placed) else {
+            self.out.repairs.push(format!("{label}: its camera has no direction and makes no view"));
+            return;
+        };
+        let name = camera.name.clone().or_else(|| self.buffers.root.nodes[placed.node].name.clone());
+        let mut name = name.unwrap_or_else(|| format!("camera{index}"));
+        while self.out.views.iter().any(|v| v.name == name) {
+            name.push('\'');
+        }
+        self.out.views.push(View {
+            name,
+            position: placed.world_from_node.translation,
+            world_from_view,
+            vertical_fov_rad: f64::from(lens.yfov),
+            ipd_m: DEFAULT_IPD_M,
+            cant_rad: 0.0,
+            near_m: if lens.znear > 0.0 { f64::from(lens.znear) } else { 0.05 },
+        });
+    }
+
+    fn light(&mut self, index: usize, placed: &Placed, label: &str) -> Result<(), Reason> {
+        let lights = self.buffers.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        let light = lights.and_then(|l| l.lights.get(index));
+        let light: &JsonLight = light.ok_or_else(|| format!("{label}: light {index} does not exist"))?;
+        let power = Vec3::from_array(light.color) * light.intensity;
+        if !power.is_finite() || power.min_element() < 0.0 {
+            return Err(format!("{label}: its light's colour times intensity is {power}"));
+        }
+        let range_m = light.range.filter(|r| *r > 0.0).unwrap_or(f32::INFINITY);
+        let position = placed.world_from_node.translation;
+        let direction = orientation(placed).map_or(DVec3::NEG_Z, |q| q * DVec3::NEG_Z).as_vec3();
+        let Checked::Valid(kind) = &light.type_ else { return Err(format!("{label}: unknown kind of light")) };
+        self.out.lights.push(match kind {
+            LightType::Directional => Light::Directional { direction, irradiance: power },
+            LightType::Point => Light::Point { position, intensity: power, range_m },
+            LightType::Spot => {
+                let (inner, outer) = light
+                    .spot
+                    .as_ref()
+                    .map_or((0.0, std::f32::consts::FRAC_PI_4), |s| (s.inner_cone_angle, s.outer_cone_angle));
+                let outer_rad = if outer.is_finite() {
+                    outer.clamp(1e-3, std::f32::consts::FRAC_PI_2)
+                } else {
+                    std::f32::consts::FRAC_PI_4
+                };
+                let inner_rad = if inner.is_finite() { inner.clamp(0.0, outer_rad - 5e-4) } else { 0.0 };
+                Light::Spot { position, direction, intensity: power, range_m, inner_rad, outer_rad }
+            }
+        });
+        Ok(())
+    }
+}
+
+/// A node's rotation without its scale; none when its axes have collapsed.
+fn orientation(placed: &Placed) -> Option<DQuat> {
+    let m = placed.world_from_node.matrix3;
+    let back = m.z_axis.try_normalize()?;
+    let right = m.y_axis.cross(back).try_normalize()?;
+    Some(DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back)).normalize())
+}
+
+fn finish(name: String, mesh: Mesh, material: usize, closed: bool) -> Primitive {
+    let count = mesh.positions.len();
+    let or = |uv: Vec<Vec2>| if uv.is_empty() { vec![Vec2::ZERO; count] } else { uv };
+    Primitive {
+        name,
+        normals: mesh.normals,
+        tangents: mesh.tangents,
+        uv0: or(mesh.uv0),
+        uv1: or(mesh.uv1),
+        colors: if mesh.colors.is_empty() { vec![Vec4::ONE; count] } else { mesh.colors },
+        positions: mesh.positions,
+        indices: mesh.indices,
+        material,
+        closed,
+    }
+}

@@ -1,0 +1,99 @@
+//! glTF images → RGBA8 textures. An image used as colour and as data becomes two textures.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::io::Cursor;
+use std::sync::Arc;
+
+use gltf::json::Root;
+use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::validation::Checked;
+
+use super::accessor::Buffers;
+use super::files::Reader;
+use crate::scene::error::Reason;
+use crate::scene::{Texture, Wrap};
+
+struct Decoded {
+    width: u32,
+    height: u32,
+    rgba8: Arc<Vec<u8>>,
+}
+
+/// Textures asked for so far, each decoded once.
+#[derive(Default)]
+pub struct Textures {
+    pub list: Vec<Texture>,
+    slots: BTreeMap<(usize, bool), usize>,
+    images: BTreeMap<usize, Decoded>,
+}
+
+impl Textures {
+    /// The index in [`Textures::list`] of glTF texture `index`, read as colour (`srgb`) or as data.
+    pub fn slot(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize, srgb: bool) -> Result<usize, Reason> {
+        if let Some(slot) = self.slots.get(&(index, srgb)) {
+            return Ok(*slot);
+        }
+        let texture = buffers.root.textures.get(index).ok_or_else(|| format!("textures[{index}] does not exist"))?;
+        let source = texture.source.value();
+        let image = match self.images.entry(source) {
+            Entry::Occupied(found) => found.into_mut(),
+            Entry::Vacant(place) => {
+                let decoded = decode(buffers, reader, source);
+                place.insert(decoded.map_err(|reason| format!("{}: {reason}", label(&buffers.root, source)))?)
+            }
+        };
+        let sampler = texture.sampler.and_then(|s| buffers.root.samplers.get(s.value()));
+        let wrap = |mode: Option<&Checked<WrappingMode>>| match mode {
+            Some(Checked::Valid(WrappingMode::ClampToEdge)) => Wrap::Clamp,
+            Some(Checked::Valid(WrappingMode::MirroredRepeat)) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        self.list.push(Texture {
+            name: texture.name.clone().unwrap_or_else(|| label(&buffers.root, source)),
+            width: image.width,
+            height: image.height,
+            rgba8: image.rgba8.clone(),
+            srgb,
+            wrap_u: wrap(sampler.map(|s| &s.wrap_s)),
+            wrap_v: wrap(sampler.map(|s| &s.wrap_t)),
+            nearest: matches!(sampler.and_then(|s| s.mag_filter.as_ref()), Some(Checked::Valid(MagFilter::Nearest))),
+        });
+        self.slots.insert((index, srgb), self.list.len() - 1);
+        Ok(self.list.len() - 1)
+    }
+}
+
+fn label(root: &Root, index: usize) -> String {
+    let image = root.images.get(index);
+    let name = image.and_then(|i| i.name.as_deref().or(i.uri.as_deref())).filter(|n| !n.starts_with("data:"));
+    name.map_or_else(|| format!("images[{index}]"), |name| format!("image `{name}`"))
+}
+
+fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decoded, Reason> {
+    let image = buffers.root.images.get(index).ok_or("does not exist")?;
+    let bytes = match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => reader.read(uri)?,
+        (None, Some(view)) => buffers.view(view.value())?.to_vec(),
+        (None, None) => return Err("has neither a uri nor a bufferView".to_owned()),
+    };
+    // The bytes decide, not the name: exporters write wrong media types.
+    let mut decoder = image::ImageReader::new(Cursor::new(&bytes))
+        .with_guessed_format()
+        .map_err(|error| format!("cannot be decoded: {error}"))?;
+    decoder.limits(limits());
+    let decoded = decoder.decode().map_err(|error| format!("cannot be decoded: {error}"))?.into_rgba8();
+    let (width, height) = decoded.dimensions();
+    if width == 0 || height == 0 {
+        return Err("has no pixels".to_owned());
+    }
+    Ok(Decoded { width, height, rgba8: Arc::new(decoded.into_raw()) })
+}
+
+/// 16 k a side is what Vulkan devices take at most.
+fn limits() -> image::Limits {
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(16384);
+    limits.max_image_height = Some(16384);
+    limits
+}

@@ -1,0 +1,135 @@
+//! A name or a path → a complete [`Scene`].
+
+mod accessor;
+mod assemble;
+mod container;
+mod document;
+mod files;
+mod framing;
+mod image;
+mod material;
+mod mesh;
+mod nodes;
+mod repair;
+mod tangents;
+mod weld;
+
+use std::path::Path;
+
+pub use container::SUPPORTED_EXTENSIONS;
+pub use document::DEFAULT_IPD_M;
+pub use files::Files;
+
+use super::builtin;
+use super::error::SceneError;
+use super::manifest::{Geometry, Manifest};
+use super::{Scene, environment};
+use files::Reader;
+
+/// Loads a scene: a built-in name, a manifest (`.json`), or a `.gltf`/`.glb`.
+///
+/// A glTF with a side-car `NAME.cyclopean.json` beside it is loaded through that manifest; one without gets the
+/// default sky and, when it brings no camera, a view that frames where its detail is.
+///
+/// # Errors
+/// [`SceneError`] that names the file and the place in it: an unknown name, a missing or broken file, a required
+/// extension that is not supported, an accessor out of range, a position that is not finite, …
+pub fn load(source: &str) -> Result<Scene, SceneError> {
+    load_with_detail(source, None)
+}
+
+/// As [`load`], with a built-in's `detail` (0.01–4) replaced; other geometry ignores it.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_detail(source: &str, detail: Option<f64>) -> Result<Scene, SceneError> {
+    if let Some(manifest) = builtin::manifest(source) {
+        return from_manifest(source, manifest.as_bytes(), Path::new(""), None, detail);
+    }
+    let path = Path::new(source);
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match extension.as_str() {
+        "json" => {
+            let bytes = read(path)?;
+            from_manifest(source, &bytes, folder(path), None, detail)
+        }
+        "gltf" | "glb" => {
+            let sidecar = path.with_extension("cyclopean.json");
+            if sidecar.is_file() {
+                let bytes = read(&sidecar)?;
+                return from_manifest(&sidecar.display().to_string(), &bytes, folder(path), Some(path), detail);
+            }
+            let bytes = read(path)?;
+            let mut reader = Reader::new(Files::Folder(folder(path).to_owned()));
+            let document = document::read(source, &bytes, &mut reader)?;
+            let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+            assemble::bare(name, document, reader)
+        }
+        _ => Err(SceneError::Unknown { name: source.to_owned(), known: builtin::NAMES.join(", ") }),
+    }
+}
+
+/// A glTF already in memory, as `load` would read it without a side-car; `name` is the scene's.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+    let mut reader = Reader::new(Files::Memory(std::collections::BTreeMap::new()));
+    let document = document::read(name, bytes, &mut reader)?;
+    assemble::bare(name.to_owned(), document, reader)
+}
+
+fn from_manifest(
+    file: &str,
+    bytes: &[u8],
+    folder: &Path,
+    sidecar_of: Option<&Path>,
+    detail: Option<f64>,
+) -> Result<Scene, SceneError> {
+    let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
+    let manifest: Manifest =
+        serde_json::from_slice(bytes).map_err(|error| invalid(format!("not a manifest: {error}")))?;
+    let (mut reader, document);
+    match (&manifest.geometry, sidecar_of) {
+        (_, Some(path)) => {
+            let gltf = read(path)?;
+            reader = Reader::new(Files::Folder(folder.to_owned()));
+            assemble::hash_manifest(&mut reader, &manifest);
+            document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
+        }
+        (Some(Geometry::File(name)), None) => {
+            let path = folder.join(name);
+            let gltf = read(&path)?;
+            reader = Reader::new(Files::Folder(self::folder(&path).to_owned()));
+            assemble::hash_manifest(&mut reader, &manifest);
+            document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
+        }
+        (Some(Geometry::Builtin { name, detail: given }), None) => {
+            let detail = detail.unwrap_or(*given);
+            let made = builtin::generate(name, detail).map_err(invalid)?;
+            let gltf = made.gltf;
+            reader = Reader::new(Files::Memory(made.files));
+            assemble::hash_manifest(&mut reader, &manifest);
+            document = document::read(name, &gltf, &mut reader)?;
+        }
+        (None, None) => return Err(invalid("`geometry` is missing; only a side-car may leave it out".to_owned())),
+    }
+    let map = match &manifest.environment {
+        Some(super::manifest::EnvironmentSpec::Map(map)) => {
+            let bytes = read(&folder.join(&map.file))?;
+            reader.hash(&bytes);
+            let decoded = environment::file::decode(&bytes);
+            Some(decoded.map_err(|reason| invalid(format!("environment `{}`: {reason}", map.file)))?)
+        }
+        _ => None,
+    };
+    assemble::with_manifest(&manifest, document, map, reader).map_err(invalid)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, SceneError> {
+    std::fs::read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}

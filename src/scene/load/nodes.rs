@@ -1,0 +1,78 @@
+//! The node tree in f64: who stands where, in file order.
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use gltf::json::Root;
+use gltf::json::scene::Node;
+
+use crate::scene::error::Reason;
+
+/// A node reached from the scene's roots.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    /// Index in the document.
+    pub node: usize,
+    pub world_from_node: DAffine3,
+    /// Names from the root down to this node itself; motion finds its nodes here.
+    pub path: Vec<String>,
+}
+
+/// All nodes of the default scene (else the first, else all roots), parents before children.
+pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
+    let scene = root.scene.map_or(0, |s| s.value());
+    let tops: Vec<usize> = match root.scenes.get(scene) {
+        Some(scene) => scene.nodes.iter().map(|n| n.value()).collect(),
+        None => parentless(root),
+    };
+    let mut seen = vec![false; root.nodes.len()];
+    let mut out = Vec::new();
+    let mut stack: Vec<(usize, DAffine3, Vec<String>)> =
+        tops.into_iter().rev().map(|node| (node, DAffine3::IDENTITY, Vec::new())).collect();
+    while let Some((index, world_from_parent, mut path)) = stack.pop() {
+        let node = root.nodes.get(index).ok_or_else(|| format!("nodes[{index}] does not exist"))?;
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(format!("{} is reached twice: a cycle or two parents", label(node, index)));
+        }
+        let world_from_node = world_from_parent * local(node);
+        if !world_from_node.is_finite() {
+            return Err(format!("{}: its transform is not finite", label(node, index)));
+        }
+        path.push(node.name.clone().unwrap_or_default());
+        for child in node.children.iter().flatten().rev() {
+            stack.push((child.value(), world_from_node, path.clone()));
+        }
+        out.push(Placed { node: index, world_from_node, path });
+    }
+    Ok(out)
+}
+
+/// "node `Name`" or "nodes[i]".
+pub fn label(node: &Node, index: usize) -> String {
+    node.name.as_ref().map_or_else(|| format!("nodes[{index}]"), |name| format!("node `{name}`"))
+}
+
+fn parentless(root: &Root) -> Vec<usize> {
+    let mut child = vec![false; root.nodes.len()];
+    for c in root.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
+        if let Some(flag) = child.get_mut(c.value()) {
+            *flag = true;
+        }
+    }
+    (0..child.len()).filter(|i| !child[*i]).collect()
+}
+
+fn local(node: &Node) -> DAffine3 {
+    if let Some(m) = node.matrix {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)));
+    }
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| {
+        let [x, y, z, w] = q.0.map(f64::from);
+        let q = DQuat::from_xyzw(x, y, z, w);
+        if q.length_squared() > 1e-24 { q.normalize() } else { DQuat::IDENTITY }
+    });
+    let vector = |v: Option<[f32; 3]>, otherwise: DVec3| v.map_or(otherwise, |v| DVec3::from_array(v.map(f64::from)));
+    DAffine3::from_scale_rotation_translation(
+        vector(node.scale, DVec3::ONE),
+        rotation,
+        vector(node.translation, DVec3::ZERO),
+    )
+}

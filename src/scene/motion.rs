@@ -1,0 +1,76 @@
+//! Things that move: rigid paths through the world as functions of time.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::Scene;
+
+/// One frame at the studies' frame rate: what "previous" means for stills, seconds.
+pub const FRAME_S: f64 = 1.0 / 90.0;
+
+/// A group of instances on one path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Indices into [`Scene::instances`].
+    pub instances: Vec<usize>,
+    /// Where each of them stands at time 0, in the same order.
+    pub rest: Vec<DAffine3>,
+    pub path: Path,
+}
+
+/// A rigid movement of the world that is the identity at time 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Path {
+    /// Once around the axis through `center` in `period_s`, counter-clockwise seen against `axis` (unit length).
+    ///
+    /// A centre within the group is a spin on the spot.
+    Orbit { center: DVec3, axis: DVec3, period_s: f64 },
+    /// There and back along `offset_m`: `offset_m · sin(2π t / period_s)`.
+    Sway { offset_m: DVec3, period_s: f64 },
+}
+
+impl Path {
+    /// World at `time_s` from world at time 0.
+    pub fn at(&self, time_s: f64) -> DAffine3 {
+        match *self {
+            Path::Orbit { center, axis, period_s } => {
+                let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * time_s / period_s);
+                let matrix = DMat3::from_quat(turn);
+                DAffine3 { matrix3: matrix, translation: center - matrix * center }
+            }
+            Path::Sway { offset_m, period_s } => {
+                DAffine3::from_translation(offset_m * (std::f64::consts::TAU * time_s / period_s).sin())
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// Places everything that moves at `time_s`, and its previous place `frame_s` earlier.
+    pub fn set_time(&mut self, time_s: f64, frame_s: f64) {
+        for motion in &self.motions {
+            let (now, before) = (motion.path.at(time_s), motion.path.at(time_s - frame_s));
+            for (index, rest) in motion.instances.iter().zip(&motion.rest) {
+                let Some(instance) = self.instances.get_mut(*index) else { continue };
+                instance.world_from_object = now * *rest;
+                instance.previous_world_from_object = before * *rest;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_start_at_rest_and_come_round() {
+        let orbit = Path::Orbit { center: DVec3::new(1.0, 2.0, 3.0), axis: DVec3::Y, period_s: 4.0 };
+        let p = DVec3::new(2.0, 2.0, 3.0);
+        assert!((orbit.at(0.0).transform_point3(p) - p).length() < 1e-12);
+        // A quarter turn about +Y takes +X to −Z.
+        assert!((orbit.at(1.0).transform_point3(p) - DVec3::new(1.0, 2.0, 2.0)).length() < 1e-12);
+        assert!((orbit.at(4.0).transform_point3(p) - p).length() < 1e-12);
+        let sway = Path::Sway { offset_m: DVec3::X, period_s: 2.0 };
+        assert!((sway.at(0.5).translation - DVec3::X).length() < 1e-12);
+    }
+}

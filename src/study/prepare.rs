@@ -1,0 +1,140 @@
+//! Brings every stimulus of a study into the store: resumable, in shards, damaged entries made again.
+
+use std::collections::BTreeMap;
+
+use super::definition::Definition;
+use super::plan::Plan;
+use super::stimulus::{StimulusRenderer, StimulusRequest};
+use super::store::{Store, StoreError};
+
+/// One part of n: stimulus i belongs to part i mod n.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// From 0.
+    pub index: u32,
+    pub count: u32,
+}
+
+impl Shard {
+    /// All of it.
+    pub const WHOLE: Shard = Shard { index: 0, count: 1 };
+
+    fn takes(self, stimulus: usize) -> bool {
+        stimulus as u64 % u64::from(self.count.max(1)) == u64::from(self.index)
+    }
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    /// `i/n` with i from 0 to n − 1.
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
+        match parsed {
+            Some((index, count)) if index < count => Ok(Shard { index, count }),
+            _ => Err(format!("`{text}` is not `i/n` with i from 0 to n − 1, such as 0/4")),
+        }
+    }
+}
+
+/// What stands where for one stimulus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Found {
+    /// Whole; nothing to do.
+    Whole,
+    /// Never rendered, or the scene, shaders or settings have changed.
+    Missing,
+    /// Made again.
+    Damaged,
+}
+
+/// What was done, or (dry) would be.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Report {
+    pub whole: Vec<String>,
+    pub missing: Vec<String>,
+    pub damaged: Vec<String>,
+    /// For what is missing or damaged, from what the same methods took before; none when nothing is known.
+    pub estimate_seconds: Option<f64>,
+}
+
+/// Renders what is missing. `progress` is called once a stimulus, before it (`None`: the last is done).
+///
+/// # Errors
+/// The first stimulus that cannot be made; those before it are in the store. `progress` can end the work.
+pub fn prepare(
+    definition: &Definition,
+    store: &Store,
+    renderer: &mut dyn StimulusRenderer,
+    shard: Shard,
+    progress: &mut dyn FnMut(&StimulusRequest, Found) -> anyhow::Result<()>,
+) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    for request in requests(definition, shard) {
+        let (key, found) = look(store, renderer, &request)?;
+        progress(&request, found)?;
+        if found != Found::Whole {
+            store.render(renderer, &request, &key)?;
+        }
+        store.point(&request, &key)?;
+        report.count(&request, found);
+    }
+    Ok(report)
+}
+
+/// What [`prepare`] would do.
+///
+/// # Errors
+/// A scene cannot be loaded.
+pub fn survey(
+    definition: &Definition,
+    store: &Store,
+    renderer: &dyn StimulusRenderer,
+    shard: Shard,
+) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    let mut took: BTreeMap<String, (f64, u32)> = BTreeMap::new();
+    let mut needed: Vec<String> = Vec::new();
+    for request in requests(definition, shard) {
+        let (key, found) = look(store, renderer, &request)?;
+        match (found, store.seconds(&key)) {
+            (Found::Whole, Some(seconds)) => {
+                let entry = took.entry(request.method.clone()).or_default();
+                *entry = (entry.0 + seconds, entry.1 + 1);
+            }
+            (Found::Whole, None) => {}
+            _ => needed.push(request.method.clone()),
+        }
+        report.count(&request, found);
+    }
+    let mean = |method: &String| took.get(method).map(|(sum, n)| sum / f64::from(*n));
+    report.estimate_seconds = needed.iter().map(mean).sum();
+    Ok(report)
+}
+
+/// The stimuli of a shard.
+pub fn requests(definition: &Definition, shard: Shard) -> Vec<StimulusRequest> {
+    let all = Plan::all_stimuli(definition).into_iter().enumerate();
+    all.filter(|(i, _)| shard.takes(*i)).map(|(_, request)| request).collect()
+}
+
+fn look(store: &Store, renderer: &dyn StimulusRenderer, request: &StimulusRequest) -> anyhow::Result<(String, Found)> {
+    let key = renderer.identity(request).map_err(|error| StoreError::Render { label: request.label(), error })?;
+    match store.check(&key) {
+        Ok(Some(_)) => Ok((key, Found::Whole)),
+        Ok(None) => Ok((key, Found::Missing)),
+        Err(StoreError::Damaged { .. }) => Ok((key, Found::Damaged)),
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl Report {
+    fn count(&mut self, request: &StimulusRequest, found: Found) {
+        match found {
+            Found::Whole => &mut self.whole,
+            Found::Missing => &mut self.missing,
+            Found::Damaged => &mut self.damaged,
+        }
+        .push(request.label());
+    }
+}

@@ -1,0 +1,89 @@
+//! Ways out: pause, skip, and the end.
+
+use cyclopean_analysis::journal::record::{End, Interrupted, Missing, Outcome, Pause, Purpose, Record, Skip};
+
+use super::machine::{AfterBlank, Clock, Current, Machine, State};
+use super::{Action, Page, Screen};
+
+impl Machine {
+    /// Cuts off the attempt that is under way, if there is one; it will come again first.
+    pub(super) fn interrupt(&mut self, reason: &str, out: &mut Vec<Action>) {
+        if let Some(Current { presentation, attempt, .. }) = self.current.take() {
+            self.queue.interrupted(presentation);
+            let reason = reason.to_owned();
+            out.push(Action::Write(Record::Interrupted(Interrupted { presentation, attempt, reason })));
+        }
+    }
+
+    pub(super) fn pause(&mut self, now_ns: u64, reason: &str, out: &mut Vec<Action>) {
+        // What was seen whole can still be judged; what was cut off cannot.
+        let judged = matches!(self.state, State::Panel { .. } | State::Blank { then: AfterBlank::Panel, .. });
+        if !judged {
+            self.interrupt("pause", out);
+        }
+        let then = Box::new(std::mem::replace(&mut self.state, State::Over));
+        self.state = State::Paused { since_ns: now_ns, then };
+        out.extend([Action::Write(Record::Pause(Pause { reason: reason.to_owned() })), Action::Sync]);
+        out.push(Action::Show(Screen::Page(Page::Paused)));
+    }
+
+    pub(super) fn unpause(&mut self, then: State, now_ns: u64, out: &mut Vec<Action>) {
+        match then {
+            State::Page(page) => {
+                self.state = State::Page(page);
+                out.push(Action::Show(Screen::Page(page)));
+            }
+            State::Item(at) => self.show_item(at, out),
+            State::Dots(at) => self.show_dots(at, now_ns, out),
+            State::Panel { opened_ns, chosen, changes, .. } => {
+                let clock = Clock::new(self.setup.reminder_frames);
+                self.state = State::Panel { clock, opened_ns, chosen, changes, reminded: false };
+                self.show_panel(chosen, false, out);
+            }
+            State::Blank { then: AfterBlank::Panel, .. } => self.blank(AfterBlank::Panel, out),
+            State::Fresh | State::Blank { .. } | State::Showing { .. } => self.next_presentation(now_ns, out),
+            State::Paused { .. } | State::Over => {}
+        }
+    }
+
+    pub(super) fn skip(&mut self, now_ns: u64, out: &mut Vec<Action>) {
+        let write = |phase: &str| Action::Write(Record::Skip(Skip { phase: phase.to_owned() }));
+        match self.state {
+            // Nobody can consent for somebody else.
+            State::Page(Page::Consent) | State::Fresh | State::Paused { .. } | State::Over => {}
+            State::Page(page) => {
+                out.push(write(page.phase()));
+                self.turn(page, now_ns, out);
+            }
+            State::Item(at) => {
+                out.push(write(self.setup.items[at].questionnaire));
+                self.answer_item(at, None, now_ns, out);
+            }
+            State::Dots(_) => {
+                out.extend([write("screening"), Action::Sync]);
+                self.next_stage(now_ns, out);
+            }
+            State::Blank { .. } | State::Showing { .. } | State::Panel { .. } => {
+                let Some(Current { presentation, .. }) = self.current else { return };
+                out.push(write("presentation"));
+                self.interrupt("skip", out);
+                self.queue.drop_front();
+                let reason = "skipped".to_owned();
+                out.push(Action::Write(Record::Missing(Missing { presentation, reason })));
+                self.next_presentation(now_ns, out);
+            }
+        }
+    }
+
+    pub(super) fn close(&mut self, outcome: Outcome, reason: &str, out: &mut Vec<Action>) {
+        self.interrupt(reason, out);
+        self.state = State::Over;
+        let trials = self.setup.presentations.iter().filter(|p| p.purpose == Purpose::Trial).count() as u32;
+        let (answered, missing) = (self.answered, trials - self.answered.min(trials));
+        out.extend([
+            Action::Write(Record::End(End { outcome, answered, missing })),
+            Action::Sync,
+            Action::Close(Some(outcome)),
+        ]);
+    }
+}

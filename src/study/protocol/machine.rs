@@ -1,0 +1,166 @@
+//! The states and what each event does to them.
+
+use super::queue::Queue;
+use super::setup::Setup;
+use super::timing::{FrameRun, Timing};
+use super::{Action, Event, Page};
+
+/// Where a session stands.
+#[derive(Debug, Clone)]
+pub(super) enum State {
+    /// Nothing was shown yet.
+    Fresh,
+    /// A text waits for the participant.
+    Page(Page),
+    /// An item of a questionnaire waits for an answer.
+    Item(usize),
+    /// A stereogram waits for a choice.
+    Dots(usize),
+    /// The blank frame before a stimulus, or between it and its panel.
+    Blank { clock: Clock, then: AfterBlank },
+    /// A segment of the stimulus is on the display.
+    Showing { clock: Clock, segment: usize, timing: Timing },
+    /// The panel waits for an answer; the clock runs to its next reminder or pause.
+    Panel { clock: Clock, opened_ns: u64, chosen: Option<u32>, changes: u32, reminded: bool },
+    /// The session stands still; then it goes on there.
+    Paused { since_ns: u64, then: Box<State> },
+    /// Nothing more happens.
+    Over,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AfterBlank {
+    Stimulus,
+    Panel,
+}
+
+/// Counts the display's nominal periods since the first frame of a phase.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    pub(super) asked: u64,
+    /// None before its first frame.
+    pub(super) elapsed: Option<u64>,
+}
+
+impl Clock {
+    pub(super) fn new(asked: u64) -> Clock {
+        Clock { asked, elapsed: None }
+    }
+
+    /// Frames that cannot be the first of what follows.
+    pub(super) fn idle(&self) -> u64 {
+        self.elapsed.map_or(self.asked, |e| self.asked.saturating_sub(e + 1))
+    }
+
+    /// A frame that comes `steps` periods after the last belongs to what follows.
+    pub(super) fn is_over(&self, steps: u64) -> bool {
+        self.elapsed.is_some_and(|e| e + steps >= self.asked)
+    }
+
+    pub(super) fn add(&mut self, run: &FrameRun) {
+        let inner = run.inner_steps * (run.count - 1);
+        self.elapsed = Some(self.elapsed.map_or(inner, |e| e + run.steps + inner));
+    }
+}
+
+/// The attempt that is under way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Current {
+    pub(super) presentation: u32,
+    pub(super) attempt: u32,
+    pub(super) valid: bool,
+}
+
+/// A journal does not belong to this study and row.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the journal does not follow from its study and row: {0}")]
+pub struct Misfit(pub String);
+
+/// A session. See the module's documentation.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub(super) setup: Setup,
+    pub(super) state: State,
+    pub(super) stage: Option<usize>,
+    /// Items answered within the stage, stereograms answered.
+    pub(super) cursor: usize,
+    pub(super) right: u32,
+    pub(super) queue: Queue,
+    pub(super) current: Option<Current>,
+    /// Exhausted presentations whose `missing` record is not written.
+    pub(super) owed: Vec<u32>,
+    pub(super) ready_shown: bool,
+    pub(super) answered: u32,
+    pub(super) last_break_ns: Option<u64>,
+    pub(super) last_frame_ns: Option<u64>,
+    pub(super) focus: bool,
+    pub(super) visible: bool,
+}
+
+impl Machine {
+    pub fn new(setup: Setup) -> Machine {
+        let queue = Queue::new(&setup.presentations, setup.validity.repeats);
+        Machine {
+            queue,
+            setup,
+            state: State::Fresh,
+            stage: None,
+            cursor: 0,
+            right: 0,
+            current: None,
+            owed: Vec::new(),
+            ready_shown: false,
+            answered: 0,
+            last_break_ns: None,
+            last_frame_ns: None,
+            focus: true,
+            visible: true,
+        }
+    }
+
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    pub fn is_over(&self) -> bool {
+        matches!(self.state, State::Over)
+    }
+
+    /// Coming frames that change nothing unless somebody does something; `u64::MAX`: any number.
+    pub fn idle_frames(&self) -> u64 {
+        match &self.state {
+            State::Blank { clock, .. } | State::Showing { clock, .. } | State::Panel { clock, .. } => clock.idle(),
+            _ => u64::MAX,
+        }
+    }
+
+    /// The first actions of a new session.
+    pub fn start(&mut self, now_ns: u64) -> Vec<Action> {
+        let mut out = Vec::new();
+        if matches!(self.state, State::Fresh) {
+            self.next_stage(now_ns, &mut out);
+        }
+        out
+    }
+
+    /// What an event at `now_ns` leads to.
+    pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
+        let mut out = Vec::new();
+        match event {
+            _ if self.is_over() => {}
+            Event::Frame { at_ns, rendered } => self.frames(1, at_ns, at_ns, rendered, &mut out),
+            Event::Frames { count, first_ns, last_ns } => self.split(count, first_ns, last_ns, &mut out),
+            Event::Focus(focus) => self.focus = focus,
+            Event::Visible(visible) => self.visible = visible,
+            Event::RefreshRate(hz) => {
+                if let State::Showing { timing, .. } = &mut self.state
+                    && (hz - self.setup.nominal_hz).abs() > 0.5
+                {
+                    timing.rate_changed();
+                }
+            }
+            Event::Input(input) => self.input(now_ns, input, &mut out),
+        }
+        out
+    }
+}

@@ -1,0 +1,139 @@
+//! The session as a pure state machine: events in, actions out; no clock, no file, no display.
+//!
+//! ```text
+//! consent → person → ssq → screening → instructions → practice → ready → trials ⇄ break → ssq → thanks
+//!                          a presentation: segments → blank → panel → blank
+//! ```
+//! Every state can pause, be skipped by the operator, or end the session. Time comes in with each event; phases
+//! are counted in display frames.
+
+mod frames;
+mod leave;
+mod machine;
+mod people;
+mod queue;
+mod replay;
+mod setup;
+mod timing;
+mod way;
+
+#[cfg(test)]
+mod tests;
+
+pub use machine::{Machine, Misfit};
+pub use setup::{Item, ScreeningTrial, Setup, Stage};
+
+use cyclopean_analysis::journal::record::{Outcome, Record, Shown};
+
+/// What happens to a session. Times are nanoseconds on the session's clock.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// A frame will be displayed at this time, with what the machine last showed or shows in answer to this event.
+    Frame {
+        at_ns: u64,
+        /// False: the runtime asked not to draw it.
+        rendered: bool,
+    },
+    /// Regular, drawn frames in which nothing changed, at most [`Machine::idle_frames`] of them.
+    Frames { count: u64, first_ns: u64, last_ns: u64 },
+    /// Keyboard or controller input goes to another program, or comes back.
+    Focus(bool),
+    /// The headset was taken off or the window hidden, or is back.
+    Visible(bool),
+    /// The display's refresh rate changed, Hz.
+    RefreshRate(f64),
+    /// A person did something.
+    Input(Input),
+}
+
+/// What a person can do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Input {
+    /// A choice on the panel, an alternative of the screening, or an option of an item.
+    Choose(u32),
+    /// The choice stands.
+    Confirm,
+    /// Go on from a page, a break or a pause.
+    Continue,
+    /// Not agreed, or not answered.
+    Decline,
+    /// Stand still; by the operator or the participant.
+    Pause { by_operator: bool },
+    /// Pass over this state (operator).
+    Skip,
+    /// Leave and take the data along (participant).
+    Withdraw,
+    /// Give the session up for good (operator).
+    Abandon,
+    /// Close the program; the session can be resumed.
+    Quit,
+}
+
+/// What the machine wants done, in this order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Append to the journal.
+    Write(Record),
+    /// Everything written so far must be on the disk before the next action.
+    Sync,
+    /// From the next frame on.
+    Show(Screen),
+    /// The session is over, or (none) closed and can be resumed.
+    Close(Option<Outcome>),
+}
+
+/// What the display shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Screen {
+    Page(Page),
+    /// One item of a questionnaire; the index is into [`Setup::items`].
+    Item(usize),
+    /// A random-dot stereogram; the index is into [`Setup::screening`].
+    Dots(usize),
+    Stimulus {
+        presentation: u32,
+        attempt: u32,
+        show: Shown,
+        /// Index of the plan's stimulus.
+        stimulus: u32,
+        /// The reference beside it (mirrored pair).
+        reference: Option<u32>,
+    },
+    Blank,
+    Panel {
+        presentation: u32,
+        attempt: u32,
+        chosen: Option<u32>,
+        /// The participant was silent for long.
+        reminder: bool,
+    },
+}
+
+/// A page of text that waits for the participant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Page {
+    Consent,
+    Instructions,
+    /// Practice is over, the trials begin.
+    Ready,
+    Break,
+    Paused,
+    /// After the program was started again.
+    WelcomeBack,
+    Thanks,
+}
+
+impl Page {
+    /// The journal's word for it.
+    pub fn phase(self) -> &'static str {
+        match self {
+            Page::Consent => "consent",
+            Page::Instructions => "instructions",
+            Page::Ready => "ready",
+            Page::Break => "break",
+            Page::Paused => "paused",
+            Page::WelcomeBack => "welcome-back",
+            Page::Thanks => "thanks",
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Questions about the person and the simulator sickness questionnaire.
+
+use std::collections::BTreeMap;
+
+/// Item name, question, options.
+pub type ItemText = (&'static str, &'static str, &'static [&'static str]);
+
+/// Each may be declined. Bands instead of ages: less to identify anybody by.
+pub const PERSON: &[ItemText] = &[
+    ("age-band", "How old are you?", &["18-24", "25-34", "35-44", "45-54", "55-64", "65 or more"]),
+    ("gender", "Your gender?", &["woman", "man", "non-binary", "another"]),
+    ("correction", "Do you wear glasses or lenses now?", &["none", "glasses", "contact lenses"]),
+    ("vr-experience", "How often did you use a headset before?", &["never", "once or twice", "sometimes", "often"]),
+];
+
+const DEGREES: &[&str] = &["none", "slight", "moderate", "severe"];
+
+/// Kennedy et al. 1993, in their order; option i scores i.
+pub const SSQ: &[ItemText] = &[
+    ("general-discomfort", "General discomfort", DEGREES),
+    ("fatigue", "Fatigue", DEGREES),
+    ("headache", "Headache", DEGREES),
+    ("eye-strain", "Eye strain", DEGREES),
+    ("difficulty-focusing", "Difficulty focusing", DEGREES),
+    ("increased-salivation", "Increased salivation", DEGREES),
+    ("sweating", "Sweating", DEGREES),
+    ("nausea", "Nausea", DEGREES),
+    ("difficulty-concentrating", "Difficulty concentrating", DEGREES),
+    ("fullness-of-head", "Fullness of head", DEGREES),
+    ("blurred-vision", "Blurred vision", DEGREES),
+    ("dizzy-eyes-open", "Dizziness with eyes open", DEGREES),
+    ("dizzy-eyes-closed", "Dizziness with eyes closed", DEGREES),
+    ("vertigo", "Vertigo", DEGREES),
+    ("stomach-awareness", "Stomach awareness", DEGREES),
+    ("burping", "Burping", DEGREES),
+];
+
+/// Scores of one filled-in questionnaire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SsqScores {
+    /// 0 ..= 200.34
+    pub nausea: f64,
+    /// 0 ..= 159.18
+    pub oculomotor: f64,
+    /// 0 ..= 292.32
+    pub disorientation: f64,
+    /// 0 ..= 235.62
+    pub total: f64,
+}
+
+/// Item numbers from 1 (Kennedy et al. 1993, table 5).
+const NAUSEA: [usize; 7] = [1, 6, 7, 8, 9, 15, 16];
+const OCULOMOTOR: [usize; 7] = [1, 2, 3, 4, 5, 9, 11];
+const DISORIENTATION: [usize; 7] = [5, 8, 10, 11, 12, 13, 14];
+
+/// None unless every item has an answer from 0 to 3 (by item name).
+pub fn ssq_scores(answers: &BTreeMap<String, u32>) -> Option<SsqScores> {
+    let values: Vec<u32> =
+        SSQ.iter().map(|(name, ..)| answers.get(*name).copied().filter(|v| *v <= 3)).collect::<Option<_>>()?;
+    let sum = |items: [usize; 7]| f64::from(items.iter().map(|i| values[i - 1]).sum::<u32>());
+    let (n, o, d) = (sum(NAUSEA), sum(OCULOMOTOR), sum(DISORIENTATION));
+    Some(SsqScores { nausea: 9.54 * n, oculomotor: 7.58 * o, disorientation: 13.92 * d, total: 3.74 * (n + o + d) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_maxima_are_the_published_ones() {
+        let worst = SSQ.iter().map(|(name, ..)| ((*name).to_owned(), 3)).collect();
+        let s = ssq_scores(&worst).unwrap();
+        for (score, published) in
+            [(s.nausea, 200.34), (s.oculomotor, 159.18), (s.disorientation, 292.32), (s.total, 235.62)]
+        {
+            assert!((score - published).abs() < 1e-9, "{score} {published}");
+        }
+    }
+
+    #[test]
+    fn an_item_without_an_answer_gives_no_score() {
+        let mut answers: BTreeMap<String, u32> = SSQ.iter().map(|(name, ..)| ((*name).to_owned(), 0)).collect();
+        assert_eq!(ssq_scores(&answers).unwrap().total, 0.0);
+        answers.remove("nausea");
+        assert_eq!(ssq_scores(&answers), None);
+    }
+
+    #[test]
+    fn five_items_count_twice() {
+        let twice = (1..=16)
+            .filter(|i| [NAUSEA, OCULOMOTOR, DISORIENTATION].iter().filter(|s| s.contains(i)).count() == 2)
+            .count();
+        assert_eq!(twice, 5);
+    }
+}

@@ -1,0 +1,77 @@
+//! Sets the damaged end of a journal aside, so that what stands before it can be used again.
+
+use std::fmt;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::journal::{self, JournalError, codec};
+
+use super::disk::Disk;
+use super::writer::{WriterError, set_aside};
+
+/// What was found and done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recovered {
+    pub journal: PathBuf,
+    /// Lines that stay.
+    pub whole_lines: u64,
+    /// Bytes that were set aside in a file beside the journal; 0: nothing was wrong.
+    pub cut_bytes: u64,
+    /// Lines among these whose check sums are right: they came after the damage.
+    pub whole_lines_cut: u64,
+    /// What was wrong.
+    pub why: Option<String>,
+}
+
+impl fmt::Display for Recovered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.journal.display();
+        match &self.why {
+            None => write!(f, "{name}: all {} lines are whole; nothing was changed", self.whole_lines),
+            Some(why) => write!(
+                f,
+                "{why}\n{name}: {} lines stay; {} bytes were set aside beside it, among them {} whole lines",
+                self.whole_lines, self.cut_bytes, self.whole_lines_cut
+            ),
+        }
+    }
+}
+
+/// Cuts a journal before its first line that cannot be believed; the rest is kept in a file beside it.
+///
+/// # Errors
+/// It is no journal, is in use, or the folder cannot be written; nothing is cut then.
+pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
+    let io = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
+    let file = OpenOptions::new().read(true).append(true).open(path).map_err(io)?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Err(WriterError::Locked { path: path.to_owned() }),
+        Err(TryLockError::Error(source)) => return Err(io(source)),
+    }
+    let source = BufReader::new(File::open(path).map_err(io)?);
+    let mut reader = journal::read_from(path, source);
+    let mut whole_lines = 0;
+    let mut why = None;
+    for entry in reader.by_ref() {
+        match entry {
+            Ok(_) => whole_lines += 1,
+            // Of a newer program, or the disk does not answer: cutting would destroy.
+            Err(error @ (JournalError::Read { .. } | JournalError::Version { .. })) => return Err(error.into()),
+            Err(error) => why = Some(error.to_string()),
+        }
+    }
+    let mut found = Recovered { journal: path.to_owned(), whole_lines, cut_bytes: 0, whole_lines_cut: 0, why };
+    if found.why.is_some() {
+        let keep = reader.good_bytes();
+        let bytes = std::fs::read(path).map_err(io)?;
+        let rest = &bytes[usize::try_from(keep).unwrap_or(usize::MAX).min(bytes.len())..];
+        found.whole_lines_cut = rest.split(|b| *b == b'\n').filter(|line| codec::check(line).is_ok()).count() as u64;
+        if whole_lines == 0 && found.whole_lines_cut == 0 && !rest.starts_with(b"{\"seq\":0,") && !rest.is_empty() {
+            return Err(JournalError::NoHeader { path: path.to_owned() }.into());
+        }
+        found.cut_bytes = set_aside(disk, &file, path, keep)?;
+    }
+    Ok(found)
+}

@@ -1,0 +1,300 @@
+//! The folder of sessions: `STUDY/PARTICIPANT/SESSION.jsonl`, and which row of the order each has.
+//!
+//! Rows are reserved under a lock when a session starts and given back when it is withdrawn or abandoned; real,
+//! pilot and simulated sessions have rows of their own. Seed and row prove the order, not the state of this folder.
+
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::journal::record::Kind;
+use serde::{Deserialize, Serialize};
+
+use super::disk::Disk;
+use super::writer::{Durability, JournalWriter, WriterError};
+
+/// What is known of a row. After a withdrawal the id is gone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Reservation {
+    row: u64,
+    kind: Kind,
+    state: RowState,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    participant: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    session: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RowState {
+    /// A session has it, under way or ended.
+    Reserved,
+    /// The session ran to its end.
+    Completed,
+    /// Free for the next one.
+    Released,
+}
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Rows {
+    rows: Vec<Reservation>,
+}
+
+/// The folder of sessions does not allow what was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionsError {
+    #[error(
+        "participant id `{0}` is not 1 to 32 letters, digits, `-` and `_`, beginning with a letter or digit; use a pseudonym such as p01"
+    )]
+    ParticipantId(String),
+    #[error(
+        "participant `{participant}` has an unfinished session {session} of this study; go on with --resume, or give it up with `cyclopean study abandon`"
+    )]
+    Unfinished { participant: String, session: String },
+    #[error("participant `{participant}` has completed this study in session {session}; use another id")]
+    Completed { participant: String, session: String },
+    #[error("participant `{participant}` has no unfinished session of this study under {}", folder.display())]
+    NothingToResume { participant: String, folder: PathBuf },
+    #[error("no data of participant `{participant}` under {}", folder.display())]
+    NoData { participant: String, folder: PathBuf },
+    #[error("{} is damaged ({what}); restore it from a copy, or remove it: rows are then reserved anew from the journals' own headers", path.display())]
+    Damaged { path: PathBuf, what: String },
+    #[error("cannot use the sessions folder at {}: {source}", path.display())]
+    Io {
+        path: PathBuf,
+        #[source]
+        source: io::Error,
+    },
+    #[error(transparent)]
+    Writer(#[from] WriterError),
+}
+
+/// A session's place.
+#[derive(Debug)]
+pub struct Place {
+    pub participant: String,
+    pub session: String,
+    pub row: u64,
+    pub journal: PathBuf,
+}
+
+/// All sessions of one study.
+#[derive(Debug, Clone)]
+pub struct Sessions {
+    disk: Disk,
+    folder: PathBuf,
+}
+
+impl Sessions {
+    /// `root`: the folder of all studies.
+    pub fn new(disk: Disk, root: &Path, study: &str) -> Sessions {
+        Sessions { disk, folder: root.join(study) }
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn io(&self) -> impl Fn(io::Error) -> SessionsError + '_ {
+        |source| SessionsError::Io { path: self.folder.clone(), source }
+    }
+
+    fn locked(&self) -> Result<File, SessionsError> {
+        self.disk.create_folder(&self.folder).map_err(self.io())?;
+        let mut options = OpenOptions::new();
+        options.create(true).append(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let file = options.open(self.folder.join(".lock")).map_err(self.io())?;
+        file.lock().map_err(self.io())?;
+        Ok(file)
+    }
+
+    fn rows_path(&self) -> PathBuf {
+        self.folder.join("rows.json")
+    }
+
+    fn read_rows(&self) -> Result<Rows, SessionsError> {
+        let path = self.rows_path();
+        match fs::read(&path) {
+            Ok(bytes) => {
+                serde_json::from_slice(&bytes).map_err(|e| SessionsError::Damaged { path, what: e.to_string() })
+            }
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Rows::default()),
+            Err(e) => Err(self.io()(e)),
+        }
+    }
+
+    fn write_rows(&self, rows: &Rows) -> Result<(), SessionsError> {
+        // A list of plain structs always has a JSON text.
+        let mut bytes = serde_json::to_vec_pretty(rows).unwrap_or_default();
+        bytes.push(b'\n');
+        self.disk.replace(&self.rows_path(), &bytes).map_err(self.io())
+    }
+
+    fn journal_path(&self, participant: &str, session: &str) -> PathBuf {
+        self.folder.join(participant).join(format!("{session}.jsonl"))
+    }
+
+    /// Reserves the first free row for a new session and creates its journal, both under the lock.
+    ///
+    /// # Errors
+    /// The id is none, the participant is known already, or the folder cannot be written.
+    pub fn begin(
+        &self,
+        participant: &str,
+        kind: Kind,
+        durability: Durability,
+    ) -> Result<(Place, JournalWriter), SessionsError> {
+        if !super::validate::is_participant_id(participant) {
+            return Err(SessionsError::ParticipantId(participant.to_owned()));
+        }
+        let _lock = self.locked()?;
+        let mut rows = self.read_rows()?;
+        // Reserved, and then the program ended before the journal had its name.
+        for row in &mut rows.rows {
+            if let (RowState::Reserved, Some(p), Some(s)) = (row.state, &row.participant, &row.session)
+                && !self.journal_path(p, s).exists()
+            {
+                (row.state, row.participant, row.session) = (RowState::Released, None, None);
+            }
+        }
+        for row in &rows.rows {
+            let (Some(p), Some(session)) = (&row.participant, &row.session) else { continue };
+            if p == participant && row.state != RowState::Released {
+                let (participant, session) = (p.clone(), session.clone());
+                return Err(match row.state {
+                    RowState::Completed => SessionsError::Completed { participant, session },
+                    _ => SessionsError::Unfinished { participant, session },
+                });
+            }
+        }
+        let session = (1u32..)
+            .map(|i| format!("{i:03}"))
+            .find(|s| !self.journal_path(participant, s).exists())
+            .unwrap_or_default();
+        let taken =
+            |row: u64| rows.rows.iter().any(|r| r.kind == kind && r.row == row && r.state != RowState::Released);
+        let row = (0u64..).find(|&row| !taken(row)).unwrap_or(0);
+        rows.rows.push(Reservation {
+            row,
+            kind,
+            state: RowState::Reserved,
+            participant: Some(participant.to_owned()),
+            session: Some(session.clone()),
+        });
+        self.write_rows(&rows)?;
+        let journal = self.journal_path(participant, &session);
+        self.disk.create_folder(&self.folder.join(participant)).map_err(self.io())?;
+        let writer = JournalWriter::create(self.disk.clone(), &journal, kind, durability)?;
+        Ok((Place { participant: participant.to_owned(), session, row, journal }, writer))
+    }
+
+    /// The unfinished session of a participant.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn unfinished(&self, participant: &str) -> Result<Place, SessionsError> {
+        let rows = self.read_rows()?;
+        let of = |r: &&Reservation| r.participant.as_deref() == Some(participant) && r.state == RowState::Reserved;
+        rows.rows
+            .iter()
+            .rev()
+            .find(of)
+            .and_then(|r| {
+                let session = r.session.clone()?;
+                let journal = self.journal_path(participant, &session);
+                journal.exists().then(|| Place { participant: participant.to_owned(), session, row: r.row, journal })
+            })
+            .ok_or_else(|| SessionsError::NothingToResume {
+                participant: participant.to_owned(),
+                folder: self.folder.clone(),
+            })
+    }
+
+    /// The session ran to its end.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn complete(&self, participant: &str, session: &str) -> Result<(), SessionsError> {
+        self.mark(participant, session, RowState::Completed)
+    }
+
+    /// The row is free again; the journal stays.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn release(&self, participant: &str, session: &str) -> Result<(), SessionsError> {
+        self.mark(participant, session, RowState::Released)
+    }
+
+    fn mark(&self, participant: &str, session: &str, state: RowState) -> Result<(), SessionsError> {
+        let _lock = self.locked()?;
+        let mut rows = self.read_rows()?;
+        for row in &mut rows.rows {
+            if row.participant.as_deref() == Some(participant) && row.session.as_deref() == Some(session) {
+                row.state = state;
+            }
+        }
+        self.write_rows(&rows)
+    }
+
+    /// Deletes everything of a participant and leaves a tombstone without the id. Gives the deleted files.
+    ///
+    /// The tombstone is written first: killed in between, a second call finishes the deletion.
+    ///
+    /// # Errors
+    /// There is nothing, a session is under way, or the folder cannot be written.
+    pub fn withdraw(&self, participant: &str, token: &str) -> Result<Vec<PathBuf>, SessionsError> {
+        let folder = self.folder.join(participant);
+        let no_data = || SessionsError::NoData { participant: participant.to_owned(), folder: self.folder.clone() };
+        if !super::validate::is_participant_id(participant) || !self.folder.is_dir() {
+            return Err(no_data());
+        }
+        let _lock = self.locked()?;
+        let mut rows = self.read_rows()?;
+        let is_known = rows.rows.iter().any(|r| r.participant.as_deref() == Some(participant));
+        if !is_known && !folder.is_dir() {
+            return Err(no_data());
+        }
+        let mut files: Vec<PathBuf> = Vec::new();
+        if folder.is_dir() {
+            for entry in fs::read_dir(&folder).map_err(self.io())? {
+                files.push(entry.map_err(self.io())?.path());
+            }
+        }
+        files.sort();
+        for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "jsonl")) {
+            let in_use = File::open(path).map_err(self.io())?.try_lock().is_err();
+            if in_use {
+                return Err(WriterError::Locked { path: path.clone() }.into());
+            }
+        }
+        let mut stones = Vec::new();
+        for row in rows.rows.iter_mut().filter(|r| r.participant.as_deref() == Some(participant)) {
+            stones.push(serde_json::json!({
+                "token": token, "row": row.row, "kind": row.kind.name(),
+                "withdrawn": chrono::Utc::now().to_rfc3339_opts(chrono::SecondsFormat::Secs, true),
+            }));
+            (row.state, row.participant, row.session) = (RowState::Released, None, None);
+        }
+        if !stones.is_empty() {
+            let mut bytes = serde_json::to_vec_pretty(&stones).unwrap_or_default();
+            bytes.push(b'\n');
+            self.disk.create_folder(&self.folder.join(".withdrawn")).map_err(self.io())?;
+            self.disk
+                .replace(&self.folder.join(".withdrawn").join(format!("{token}.json")), &bytes)
+                .map_err(self.io())?;
+        }
+        for file in &files {
+            self.disk.remove(file).map_err(self.io())?;
+        }
+        if folder.is_dir() {
+            fs::remove_dir(&folder).map_err(self.io())?;
+        }
+        self.disk.sync_folder(&self.folder).map_err(self.io())?;
+        self.write_rows(&rows)?;
+        Ok(files)
+    }
+}

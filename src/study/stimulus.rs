@@ -1,0 +1,125 @@
+//! What a study asks of a renderer, and what a build can offer. The renderer itself stands behind a trait.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::definition::{ConditionSpec, Definition};
+
+/// One stimulus: both eyes of one view by one method.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StimulusRequest {
+    /// Scene name.
+    pub scene: String,
+    /// View name; none: the scene's first.
+    pub view: Option<String>,
+    /// Method name, without `@samples`.
+    pub method: String,
+    /// Samples a pixel; none: the method's own default.
+    pub samples: Option<u32>,
+    /// Pixels per eye.
+    pub width_px: u32,
+    /// Pixels per eye.
+    pub height_px: u32,
+    /// Distance between the eyes, metres.
+    pub ipd_m: f64,
+    /// Horizontal field of view per eye, degrees; none: the view's own.
+    pub horizontal_fov_deg: Option<f64>,
+    /// Of the renderer's samples.
+    pub seed: u64,
+}
+
+impl StimulusRequest {
+    /// The request for one method of a condition.
+    pub fn new(definition: &Definition, condition: &ConditionSpec, method: &str) -> StimulusRequest {
+        let stimuli = &definition.stimuli;
+        let (name, written) = split_method(method);
+        StimulusRequest {
+            scene: condition.scene.clone(),
+            view: condition.view.clone(),
+            method: name.to_owned(),
+            samples: written.or_else(|| stimuli.samples.get(name).copied()),
+            width_px: stimuli.width_px,
+            height_px: stimuli.height_px,
+            ipd_m: stimuli.ipd_m,
+            horizontal_fov_deg: stimuli.horizontal_fov_deg,
+            seed: stimuli.seed,
+        }
+    }
+
+    /// For messages: `pica/default by sssr`.
+    pub fn label(&self) -> String {
+        let view = self.view.as_deref().unwrap_or("default");
+        let samples = self.samples.map(|n| format!("@{n}")).unwrap_or_default();
+        format!("{}/{view} by {}{samples}", self.scene, self.method)
+    }
+}
+
+/// `NAME@N` → name and samples. A suffix that is no positive number stays in the name, which no catalogue knows.
+pub fn split_method(method: &str) -> (&str, Option<u32>) {
+    match method.split_once('@').map(|(name, n)| (name, n.parse::<u32>())) {
+        Some((name, Ok(n))) if n > 0 => (name, Some(n)),
+        _ => (method, None),
+    }
+}
+
+/// What the renderer says of a stimulus it made. Deterministic: no times, no host.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StimulusInfo {
+    /// SHA-256 (hex) of the scene's bytes.
+    pub scene_sha256: Option<String>,
+    /// SHA-256 (hex) of the shaders.
+    pub shaders_sha256: Option<String>,
+    /// Name and version of the renderer, and the kind of device.
+    pub renderer: String,
+    /// Samples a pixel that were taken.
+    pub samples: u32,
+    /// Mean standard error of a pixel's luminance, linear; none where the method has no estimate.
+    pub standard_error: Option<f64>,
+    /// Measured systematic inconsistency between the eyes, linear luminance; none where it was not measured.
+    pub inconsistency: Option<f64>,
+}
+
+/// Renders stimuli.
+pub trait StimulusRenderer {
+    /// The content address: SHA-256 (hex) over scene bytes, shaders, method, camera, settings, renderer version and
+    /// device kind. Equal addresses promise equal bytes.
+    ///
+    /// # Errors
+    /// The scene cannot be loaded, or the method does not exist.
+    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String>;
+
+    /// Writes `stereo.exr` (linear, multi-view) and `sbs.png` into the existing empty folder `into`.
+    ///
+    /// # Errors
+    /// What failed; the caller removes the folder.
+    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo>;
+}
+
+/// The files of a stimulus.
+pub const STIMULUS_FILES: [&str; 2] = ["sbs.png", "stereo.exr"];
+
+/// What this build can show.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Catalogue {
+    pub scenes: Vec<CatalogueScene>,
+    /// Without `@samples`.
+    pub methods: Vec<String>,
+}
+
+/// A scene and its views; no views: only the default one can be asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CatalogueScene {
+    pub name: String,
+    pub views: Vec<String>,
+}
+
+impl Catalogue {
+    /// A catalogue of these names, every scene with its default view only.
+    pub fn of(scenes: &[&str], methods: &[&str]) -> Catalogue {
+        let scenes = scenes.iter().map(|s| CatalogueScene { name: (*s).to_owned(), views: Vec::new() });
+        Catalogue { scenes: scenes.collect(), methods: methods.iter().map(|m| (*m).to_owned()).collect() }
+    }
+}

@@ -1,0 +1,132 @@
+//! A renderer that needs no graphics device, and the program's binary in a fresh folder.
+
+#![allow(dead_code)] // Each test program uses its part.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use cyclopean::study::prepare::{self, Shard};
+use cyclopean::study::sha256_hex;
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
+use cyclopean::study::store::Store;
+use cyclopean::study::validate;
+
+/// Paints small real images whose colours follow from the request.
+#[derive(Default)]
+pub struct Painter {
+    /// Changes every identity, as a new shader would.
+    pub version: u32,
+    /// How many were rendered.
+    pub rendered: usize,
+    /// Fails at this one.
+    pub fails_at: Option<usize>,
+}
+
+impl StimulusRenderer for Painter {
+    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
+        Ok(sha256_hex(format!("painter {} {}", self.version, serde_json::to_string(request)?).as_bytes()))
+    }
+
+    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
+        anyhow::ensure!(self.fails_at != Some(self.rendered), "the device is gone");
+        self.rendered += 1;
+        let key = self.identity(request)?;
+        let byte = |i: usize| u8::from_str_radix(&key[2 * i..2 * i + 2], 16).unwrap_or(0);
+        let sbs =
+            image::RgbImage::from_fn(32, 16, |x, y| image::Rgb([byte(0), byte((x % 32) as usize), byte(y as usize)]));
+        sbs.save(into.join("sbs.png"))?;
+        let pixel = |x: usize, _y: usize| (f32::from(byte(x % 32)), 0.5_f32, 0.25_f32);
+        exr::prelude::write_rgb_file(into.join("stereo.exr"), 16, 16, pixel)?;
+        Ok(StimulusInfo {
+            scene_sha256: Some(sha256_hex(request.scene.as_bytes())),
+            shaders_sha256: None,
+            renderer: format!("painter {}", self.version),
+            samples: request.samples.unwrap_or(1),
+            standard_error: None,
+            inconsistency: Some(if request.method == "sssr" { 0.2 } else { 0.0 }),
+        })
+    }
+}
+
+/// A folder with a study file and its stimuli prepared.
+pub struct Lab {
+    pub dir: tempfile::TempDir,
+}
+
+impl Lab {
+    /// `study`: JSON of the whole file.
+    pub fn new(study: &serde_json::Value) -> Lab {
+        let lab = Lab { dir: tempfile::tempdir().expect("a temporary folder") };
+        std::fs::write(lab.study(), serde_json::to_string_pretty(study).expect("JSON")).expect("the study file");
+        lab.prepare(&mut Painter::default());
+        lab
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    pub fn study(&self) -> PathBuf {
+        self.path("study.json")
+    }
+
+    pub fn store(&self) -> Store {
+        Store::new(self.path("store"))
+    }
+
+    pub fn sessions(&self) -> PathBuf {
+        self.path("sessions")
+    }
+
+    pub fn load(&self) -> validate::Study {
+        validate::load(&self.study()).expect("a study")
+    }
+
+    pub fn prepare(&self, painter: &mut Painter) -> prepare::Report {
+        let study = self.load();
+        prepare::prepare(&study.definition, &self.store(), painter, Shard::WHOLE, &mut |_, _| Ok(()))
+            .expect("prepared stimuli")
+    }
+
+    /// The program, in this folder.
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cyclopean"));
+        command.args(args).current_dir(self.dir.path());
+        command
+    }
+
+    pub fn program(&self, args: &[&str]) -> Output {
+        self.command(args).output().expect("the program starts")
+    }
+
+    /// A simulated session; more arguments after the participant.
+    pub fn simulate(&self, participant: &str, more: &[&str]) -> Output {
+        let mut args = vec!["run", "study.json", "--participant", participant, "--simulate"];
+        args.extend_from_slice(more);
+        self.program(&args)
+    }
+
+    pub fn journal(&self, participant: &str, session: &str) -> PathBuf {
+        self.sessions().join(&self.load().definition.id).join(participant).join(format!("{session}.jsonl"))
+    }
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// `n` scenes rated on five steps, short times.
+pub fn rate(scenes: &[&str], repetitions: u32) -> serde_json::Value {
+    serde_json::json!({
+        "format": 1, "id": "rate", "title": "Rate", "seed": 11, "participants": 4, "task": "rate",
+        "instructions": "Look.", "question": "How much?",
+        "labels": ["very strong", "strong", "moderate", "slight", "none"], "scale": [1, 2, 3, 4, 5],
+        "protocol": [{"show": "stimulus", "seconds": 2.0}],
+        "blank": {"seconds": 0.5},
+        "conditions": {"cross": {"scene": scenes, "method": ["sssr", "path-traced"]}},
+        "repetitions": repetitions,
+        "practice": [{"scene": "pink", "method": "sssr"}],
+        "stimuli": {"width_px": 16, "height_px": 16},
+        "simulation": {"latent": {"sssr": 2.5, "path-traced": 4.5}, "noise_sd": 0.7, "response_seconds": 1.0}
+    })
+}

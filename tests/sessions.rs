@@ -1,0 +1,155 @@
+//! Whole sessions through the real program: prepared stimuli → run → journal → votes.
+
+mod common;
+
+use common::{Lab, Painter, rate, stderr};
+use cyclopean::study::session;
+use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
+use cyclopean_analysis::journal::{self, collect};
+
+#[test]
+fn a_simulated_session_runs_to_the_end_and_its_votes_come_back() {
+    let lab = Lab::new(&rate(&["pica", "room", "wine"], 2));
+    let output = lab.simulate("s01", &["--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&said["outcome"], &said["kind"]), (&"completed".into(), &"simulated".into()));
+
+    let votes = collect(&lab.journal("s01", "001")).unwrap();
+    assert_eq!((votes.kind, votes.outcome), (Kind::Simulated, Some(Outcome::Completed)));
+    assert_eq!((votes.votes.len(), votes.missing.len()), (12, 0));
+    let mean = |method: &str| {
+        let of: Vec<i32> =
+            votes.votes.iter().filter(|v| votes.level(v, "method") == Some(method)).map(|v| v.rating).collect();
+        assert_eq!(of.len(), 6);
+        of.iter().sum::<i32>()
+    };
+    assert!(mean("path-traced") > mean("sssr"));
+    let proof = session::prove_order(&lab.journal("s01", "001")).unwrap();
+    assert_eq!((proof.row, proof.presentations), (0, 13));
+    let replayed = lab.program(&["study", "replay", "sessions/rate/s01/001.jsonl"]);
+    assert!(replayed.status.success(), "{}", stderr(&replayed));
+}
+
+#[test]
+fn the_journal_says_everything_before_the_first_trial_and_is_for_its_owner_alone() {
+    let lab = Lab::new(&rate(&["pica"], 1));
+    assert!(lab.simulate("s01", &[]).status.success());
+    let path = lab.journal("s01", "001");
+    let entries: Vec<_> = journal::read(&path).unwrap().map(Result::unwrap).collect();
+    let ready = entries.iter().position(|e| matches!(e.record, Record::Ready(_))).unwrap();
+    let before = &entries[..ready];
+    let count = |f: fn(&Record) -> bool| before.iter().filter(|e| f(&e.record)).count();
+    assert_eq!(count(|r| matches!(r, Record::Header(_))), 1);
+    assert_eq!(count(|r| matches!(r, Record::Stimulus(s) if s.files.len() == 2 && s.scene_sha256.is_some())), 3);
+    assert_eq!(count(|r| matches!(r, Record::Condition(_))), 3);
+    assert_eq!(count(|r| matches!(r, Record::Planned(_))), 3);
+    let Record::Header(header) = &entries[0].record else { panic!("no header") };
+    assert_eq!(header.study.text, std::fs::read_to_string(lab.study()).unwrap());
+    assert!(entries.iter().all(|e| e.kind == Kind::Simulated));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        assert_eq!(std::fs::metadata(path.parent().unwrap()).unwrap().permissions().mode() & 0o777, 0o700);
+    }
+}
+
+#[test]
+fn participants_get_rows_of_their_own_and_kinds_do_not_share_them() {
+    let lab = Lab::new(&rate(&["pica", "room"], 1));
+    for (i, id) in ["s01", "s02", "s03"].iter().enumerate() {
+        assert!(lab.simulate(id, &[]).status.success());
+        assert_eq!(collect(&lab.journal(id, "001")).unwrap().header.row, i as u64);
+    }
+    let twice = lab.simulate("s02", &[]);
+    assert_eq!(twice.status.code(), Some(1));
+    assert!(stderr(&twice).contains("has completed this study in session 001"), "{}", stderr(&twice));
+
+    // Withdrawn: the row is free, the id is nowhere.
+    let gone = lab.program(&["study", "withdraw", "study.json", "--participant", "s02"]);
+    assert!(gone.status.success(), "{}", stderr(&gone));
+    let folder = lab.sessions().join("rate");
+    let tree = walk(&folder);
+    assert!(tree.iter().all(|(path, text)| !path.contains("s02") && !text.contains("s02")), "{tree:?}");
+    assert_eq!(std::fs::read_dir(folder.join(".withdrawn")).unwrap().count(), 1);
+    assert!(lab.simulate("s04", &[]).status.success());
+    assert_eq!(collect(&lab.journal("s04", "001")).unwrap().header.row, 1);
+    let again = lab.program(&["study", "withdraw", "study.json", "--participant", "s02"]);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(stderr(&again).contains("no data of participant `s02`"));
+}
+
+fn walk(folder: &std::path::Path) -> Vec<(String, String)> {
+    let mut out = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            out.extend(walk(&path));
+        }
+        out.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap_or_default()));
+    }
+    out
+}
+
+#[test]
+fn nothing_begins_while_a_stimulus_is_missing_or_damaged() {
+    let lab = Lab::new(&rate(&["pica"], 1));
+    let object = std::fs::read_dir(lab.path("store/objects")).unwrap().next().unwrap().unwrap().path();
+    let entry = std::fs::read_dir(object).unwrap().next().unwrap().unwrap().path();
+    let png = entry.join("sbs.png");
+    let mut bytes = std::fs::read(&png).unwrap();
+    bytes[40] ^= 1;
+    std::fs::write(&png, bytes).unwrap();
+    let output = lab.simulate("s01", &[]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = stderr(&output);
+    assert!(
+        said.contains("1 of 3 stimuli") && said.contains("damaged") && said.contains("cyclopean prepare"),
+        "{said}"
+    );
+    assert!(!lab.sessions().exists());
+
+    // Found and rendered again, this one alone.
+    let mut painter = Painter::default();
+    let report = lab.prepare(&mut painter);
+    assert_eq!((painter.rendered, report.damaged.len(), report.whole.len()), (1, 1, 2));
+    assert!(lab.simulate("s01", &[]).status.success());
+}
+
+#[test]
+fn wrong_usage_and_wrong_input_get_a_sentence_and_a_code() {
+    let lab = Lab::new(&rate(&["pica"], 1));
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["run", "study.json", "--participant", "s01"], 2, "--simulate"),
+        (&["run", "study.json", "--participant", "a b", "--simulate"], 2, "not 1 to 32 letters"),
+        (&["run", "study.json", "--participant", "../x", "--simulate"], 2, "not 1 to 32 letters"),
+        (&["run", "study.json", "--participant", "s01", "--simulate", "--hz", "0"], 2, "--hz"),
+        (&["run", "study.json", "--participant", "s01", "--display", "openxr"], 2, "available: headless"),
+        (&["run", "none.json", "--participant", "s01", "--simulate"], 1, "cannot read study none.json"),
+        (&["run", "study.json", "--participant", "s01", "--simulate", "--resume", "--yes"], 1, "no unfinished session"),
+        (&["study", "replay", "study.json"], 1, "line 1"),
+    ];
+    for (args, code, words) in cases {
+        let output = lab.program(args);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+        assert!(said.contains(words) && !said.contains("panicked"), "{args:?}: {said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn two_programs_cannot_write_one_journal() {
+    let lab = Lab::new(&rate(&["pica"], 1));
+    assert!(lab.simulate("s01", &[]).status.success());
+    let path = lab.journal("s01", "001");
+    let held = std::fs::File::open(&path).unwrap();
+    held.lock().unwrap();
+    let recover = lab.program(&["study", "recover", path.to_str().unwrap()]);
+    assert_eq!(recover.status.code(), Some(1));
+    assert!(stderr(&recover).contains("in use by another program"), "{}", stderr(&recover));
+    let withdraw = lab.program(&["study", "withdraw", "study.json", "--participant", "s01"]);
+    assert!(stderr(&withdraw).contains("in use by another program"), "{}", stderr(&withdraw));
+    assert!(path.exists());
+}

@@ -1,0 +1,66 @@
+//! Real scenes beside the repository load whole; where they are absent the tests say so and pass.
+
+use std::path::{Path, PathBuf};
+
+use cyclopean::scene::{self, Scene};
+
+fn shared() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
+    if !folder.is_dir() {
+        println!("skipped: {} is absent", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+/// What every loaded scene owes the renderer.
+fn check(scene: &Scene) {
+    assert!(!scene.views.is_empty() && !scene.instances.is_empty());
+    for p in &scene.primitives {
+        let n = p.positions.len();
+        assert!([p.normals.len(), p.tangents.len(), p.uv0.len(), p.uv1.len(), p.colors.len()].iter().all(|m| *m == n));
+        assert!(p.indices.len() % 3 == 0 && p.indices.iter().all(|i| (*i as usize) < n));
+        assert!(p.material < scene.materials.len());
+        assert!(p.normals.iter().all(|v| (v.length() - 1.0).abs() < 1e-4), "{}", p.name);
+        assert!(
+            p.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-4 && t.w.abs() == 1.0),
+            "{}",
+            p.name
+        );
+    }
+    for i in &scene.instances {
+        assert!(i.primitive < scene.primitives.len() && i.world_from_object.matrix3.determinant() >= 0.0);
+    }
+    let finite = |m: &scene::Equirect| m.texels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0);
+    assert!(finite(&scene.environment.radiance) && finite(&scene.environment.irradiance));
+    assert!(scene.environment.specular.len() == 8 && scene.environment.specular.iter().all(finite));
+}
+
+#[test]
+fn every_shared_scene_loads() {
+    let Some(folder) = shared() else { return };
+    for (file, triangles) in [
+        ("pica-mini-diorama/scene.gltf", 70_000),
+        ("mitsuba-living-room/scene.gltf", 140_000),
+        ("mitsuba-living-room-2/scene.gltf", 400_000),
+        ("mitsuba-staircase/scene.gltf", 260_000),
+        ("chess-board/chess-board.glb", 1_000),
+        ("roughness-scale/scene.gltf", 100),
+    ] {
+        let path = folder.join(file);
+        let started = std::time::Instant::now();
+        let scene = scene::load(&path.to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
+        println!(
+            "{file}: {} triangles, {} instances, {} materials, {} textures, {:?}, {} repairs, {:?}",
+            scene.triangle_count(),
+            scene.instances.len(),
+            scene.materials.len(),
+            scene.textures.len(),
+            started.elapsed(),
+            scene.repairs.len(),
+            scene.views[0],
+        );
+        check(&scene);
+        assert!(scene.triangle_count() >= triangles, "{file}: {}", scene.triangle_count());
+    }
+}
