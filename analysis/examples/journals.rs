@@ -54,7 +54,14 @@ impl Session {
     }
 }
 
-fn lines(session: u32, scenes: u32, repetitions: u32, kind: Kind, compare: bool) -> Result<Vec<u8>, serde_json::Error> {
+/// The whole file of one session.
+pub fn lines(
+    session: u32,
+    scenes: u32,
+    repetitions: u32,
+    kind: Kind,
+    compare: bool,
+) -> Result<Vec<u8>, serde_json::Error> {
     let mut stream = Stream::new(2026, u64::from(session));
     let bias = 0.4 * stream.normal();
     let mut s = Session { bytes: Vec::new(), seq: 0, t_ns: 0, kind };
@@ -103,7 +110,7 @@ fn lines(session: u32, scenes: u32, repetitions: u32, kind: Kind, compare: bool)
         sha256: "0".repeat(64),
     };
     s.say(Record::Order(order), 1)?;
-    let a_is = |p: u32| compare.then_some(if (p + session) % 2 == 0 { Side::Method } else { Side::Other });
+    let a_is = |p: u32| compare.then_some(if (p + session).is_multiple_of(2) { Side::Method } else { Side::Other });
     for p in 0..total {
         let planned = Planned {
             presentation: p,

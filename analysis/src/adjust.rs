@@ -12,6 +12,13 @@ pub enum Correction {
     /// Benjamini and Hochberg 1995: keeps the false discovery rate.
     #[value(name = "bh", alias = "benjamini-hochberg")]
     BenjaminiHochberg,
+    /// Bonferroni: m·p.
+    Bonferroni,
+    /// Hommel 1988: keeps the family-wise error for tests that depend positively.
+    Hommel,
+    /// Benjamini and Yekutieli 2001: the false discovery rate under any dependence.
+    #[value(name = "by", alias = "benjamini-yekutieli")]
+    BenjaminiYekutieli,
     /// None.
     None,
 }
@@ -22,6 +29,9 @@ impl Correction {
         match self {
             Self::Holm => "Holm",
             Self::BenjaminiHochberg => "Benjamini-Hochberg",
+            Self::Bonferroni => "Bonferroni",
+            Self::Hommel => "Hommel",
+            Self::BenjaminiYekutieli => "Benjamini-Yekutieli",
             Self::None => "no adjustment",
         }
     }
@@ -30,7 +40,8 @@ impl Correction {
 /// Adjusted p-values in the order of `p`.
 ///
 /// Holm: max over smaller p of min(1, (m − rank + 1)·p); Benjamini–Hochberg: min over larger p of
-/// min(1, m·p/rank).
+/// min(1, m·p/rank); Benjamini–Yekutieli: the same times Σ 1/i; Bonferroni: min(1, m·p); Hommel: by his
+/// closed procedure.
 ///
 /// ```
 /// use cyclopean_analysis::adjust::{Correction, adjust};
@@ -52,13 +63,41 @@ pub fn adjust(p: &[f64], correction: Correction) -> Vec<f64> {
                 adjusted[i] = worst;
             }
         }
-        Correction::BenjaminiHochberg => {
+        Correction::Bonferroni => adjusted.iter_mut().for_each(|p| *p = (m as f64 * *p).min(1.0)),
+        Correction::Hommel => {
+            let sorted: Vec<f64> = order.iter().map(|i| p[*i]).collect();
+            for (i, p) in order.into_iter().zip(hommel(&sorted)) {
+                adjusted[i] = p;
+            }
+        }
+        Correction::BenjaminiHochberg | Correction::BenjaminiYekutieli => {
+            let dependent = correction == Correction::BenjaminiYekutieli;
+            let factor = if dependent { (1..=m).map(|i| 1.0 / i as f64).sum() } else { 1.0 };
             let mut best = 1f64;
             for (rank, i) in order.into_iter().enumerate().rev() {
-                best = best.min(m as f64 / (rank + 1) as f64 * p[i]);
+                best = best.min(factor * m as f64 / (rank + 1) as f64 * p[i]);
                 adjusted[i] = best;
             }
         }
     }
     adjusted
+}
+
+/// Hommel's adjusted p of ascending `p`: the largest Simes p over all index sets that hold each hypothesis.
+fn hommel(p: &[f64]) -> Vec<f64> {
+    let n = p.len();
+    let simes = |of: &[f64], m: usize, from: usize| {
+        of.iter().zip(from..).map(|(p, rank)| m as f64 * p / rank as f64).fold(f64::INFINITY, f64::min)
+    };
+    let mut adjusted = vec![simes(p, n, 1); n];
+    for m in (2..n).rev() {
+        // The m − 1 largest join every set of size m; the others come in one at a time.
+        let (small, large) = p.split_at(n - m + 1);
+        let joined = simes(large, m, 2);
+        let q: Vec<f64> = small.iter().map(|p| (m as f64 * p).min(joined)).collect();
+        let last = q[n - m];
+        let all = q.into_iter().chain(std::iter::repeat_n(last, m - 1));
+        adjusted.iter_mut().zip(all).for_each(|(a, q)| *a = a.max(q));
+    }
+    adjusted.iter().zip(p).map(|(a, p)| a.max(*p).min(1.0)).collect()
 }

@@ -241,6 +241,67 @@ pub fn test(data: &Dataset, contrasts: &[Contrast], options: &TestOptions) -> Re
     Ok(results)
 }
 
+/// Tests every study's mean votes against a fixed value: the plan's `against`, or `value` for every study.
+///
+/// The participant's sum of votes is compared with value × votes; the result's `a` is `vote`, its `b` the
+/// value. Studies without a value are passed over.
+///
+/// # Errors
+/// [`Error::Data`] when no participant has every cell.
+pub fn against(data: &Dataset, value: Option<i32>, options: &TestOptions) -> Result<Vec<ContrastResult>> {
+    let mut results = Vec::new();
+    for (s, study) in data.studies.iter().enumerate() {
+        let planned = study.plan.as_ref().and_then(|p| p.against);
+        let (Some(value), cells) = (value.or(planned), data.cells_of(s)) else { continue };
+        let showings: Vec<u32> =
+            cells.iter().map(|c| data.participants.iter().map(|p| p.tally(*c).n).max().unwrap_or(0)).collect();
+        let votes: u32 = showings.iter().sum();
+        let (mut differences, mut incomplete) = (Vec::new(), Vec::new());
+        for p in &data.participants {
+            let lacks = cells.iter().zip(&showings).find(|(c, n)| p.tally(**c).n < **n);
+            let all = p.over(&cells);
+            match lacks {
+                None => differences.push(all.sum - i64::from(value) * UNIT * i64::from(votes)),
+                Some((c, n)) if all.n > 0 => {
+                    incomplete
+                        .push((p.id.clone(), format!("{} of {n} votes for {}", p.tally(*c).n, data.describe(*c))));
+                }
+                Some(_) => {}
+            }
+        }
+        let pairs = Pairs { participants: Vec::new(), differences, votes, incomplete, unmatched: Vec::new() };
+        if pairs.differences.is_empty() {
+            return Err(Error::data(format!("study {}: no participant has every cell", study.id)));
+        }
+        let mut test = signed_rank(&pairs.sums(), &options.test)?;
+        in_steps(&mut test, votes);
+        if !pairs.incomplete.is_empty() {
+            let who: Vec<&str> = pairs.incomplete.iter().map(|i| i.0.as_str()).collect();
+            test.notes.push(format!("participants without every cell are left out of this test: {}", who.join(", ")));
+        }
+        results.push(ContrastResult {
+            study: study.id.clone(),
+            contrast: Contrast {
+                factor: "rating".into(),
+                a: "vote".into(),
+                b: value.to_string(),
+                family: "against a value".into(),
+                per: None,
+            },
+            at: None,
+            p_adjusted: test.p(),
+            test,
+            correction: options.correction,
+            family_size: 1,
+            difference: difference(&pairs.steps(), options.difference_level),
+            votes_per_sum: votes,
+            incomplete: pairs.incomplete,
+            pooled: None,
+        });
+    }
+    Ok(results)
+}
+
 /// The cells of each level of `per`, or all.
 fn strata(data: &Dataset, cells: &[usize], contrast: &Contrast) -> Result<Vec<(Option<String>, Vec<usize>)>> {
     let Some(per) = &contrast.per else { return Ok(vec![(None, cells.to_vec())]) };

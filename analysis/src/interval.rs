@@ -160,6 +160,17 @@ pub fn share(k: f64, n: f64, level: f64, jeffreys: bool) -> (f64, f64) {
     (lo, hi)
 }
 
+/// Wilson's interval of a share of `k` in `n` with continuity correction (Newcombe 1998, method 4).
+pub fn share_wilson(k: f64, n: f64, level: f64) -> (f64, f64) {
+    let z = normal_quantile(0.5 + 0.5 * level);
+    let (p, q) = (k / n, 1.0 - k / n);
+    let denominator = 2.0 * (n + z * z);
+    let root = |sign: f64| (z * z - sign * 2.0 - 1.0 / n + 4.0 * p * (n * q + sign)).sqrt();
+    let lo = (2.0 * n * p + z * z - 1.0 - z * root(1.0)) / denominator;
+    let hi = (2.0 * n * p + z * z + 1.0 + z * root(-1.0)) / denominator;
+    (if k == 0.0 { 0.0 } else { lo.max(0.0) }, if k == n { 1.0 } else { hi.min(1.0) })
+}
+
 /// s² over the variance that the binomial model gives, (K − 1)·p̂·(1 − p̂); above 1 the model is too narrow.
 pub fn dispersion(x: &[f64], scale: Scale) -> Option<f64> {
     let (mean, sd) = mean_sd(x);

@@ -2,7 +2,7 @@
 
 use cyclopean_analysis::adjust::{Correction, adjust};
 use cyclopean_analysis::friedman::friedman;
-use cyclopean_analysis::interval::{Scale, binomial_model, normal, student_t};
+use cyclopean_analysis::interval::{Scale, binomial_model, normal, share_wilson, student_t};
 use cyclopean_analysis::screen::{P910Options, Sigma, bt500, p910, remove_bias};
 use cyclopean_analysis::special::mean_sd;
 use serde_json::Value;
@@ -79,6 +79,9 @@ fn intervals() {
             ] {
                 worst.all(&format!("{name} {j} {key}"), &[got.lo.unwrap(), got.hi.unwrap()], &want[key]);
             }
+            let (trials, k) = (4.0 * x.len() as f64, x.iter().map(|v| v - 1.0).sum::<f64>());
+            let (lo, hi) = share_wilson(k, trials, 0.95);
+            worst.all(&format!("{name} {j} wilson"), &[1.0 + 4.0 * lo, 1.0 + 4.0 * hi], &want["binom_wilson_cc"]);
         }
     }
     println!("intervals: {} numbers, largest deviation {:e} at {}", worst.checked, worst.value, worst.place);
@@ -152,6 +155,13 @@ fn friedman_and_corrections() {
     assert_eq!(want["df"], got.df);
     let p: Vec<f64> = matrix(&Value::Array(vec![file["multiple"]["p"].clone()]))[0].iter().flatten().copied().collect();
     worst.all("holm", &adjust(&p, Correction::Holm), &file["multiple"]["holm"]);
+    for (key, correction) in [
+        ("bonferroni", Correction::Bonferroni),
+        ("hommel", Correction::Hommel),
+        ("fdr_by", Correction::BenjaminiYekutieli),
+    ] {
+        worst.all(key, &adjust(&p, correction), &file["multiple"][key]);
+    }
     worst.all("bh", &adjust(&p, Correction::BenjaminiHochberg), &file["multiple"]["fdr_bh"]);
     println!(
         "Friedman, corrections: {} numbers, largest deviation {:e} at {}",

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::Args;
 use cyclopean_analysis::Error;
 use cyclopean_analysis::adjust::Correction;
-use cyclopean_analysis::contrast::{Contrast, default_contrasts, pairs, planned_options, test};
+use cyclopean_analysis::contrast::{Contrast, against, default_contrasts, pairs, planned_options, test};
 use cyclopean_analysis::data::{Columns, Dataset};
 use cyclopean_analysis::equivalence::{NamedEquivalence, equivalence, planned_equivalences};
 use cyclopean_analysis::report::text;
@@ -21,6 +21,9 @@ pub struct Test {
     /// A contrast FACTOR=A,B (A - B), more than once if wanted [default: the study file's]
     #[arg(long, value_name = "FACTOR=A,B", value_parser = contrast)]
     contrast: Vec<(String, String, String)>,
+    /// Compare each participant's mean vote with this value [default: the study file's, for forced choices]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    against: Option<i32>,
     /// One test for each level of this factor
     #[arg(long, value_name = "FACTOR")]
     per: Option<String>,
@@ -83,10 +86,13 @@ impl Test {
         options.difference_level = self.difference_level;
         options.pooled = self.pooled;
         let contrasts = if self.contrast.is_empty() { default_contrasts(data) } else { self.contrasts() };
-        if contrasts.is_empty() {
+        let mut results = if contrasts.is_empty() { Vec::new() } else { test(data, &contrasts, &options)? };
+        if self.contrast.is_empty() || self.against.is_some() {
+            results.extend(against(data, self.against, &options)?);
+        }
+        if results.is_empty() {
             return Err(Error::data("no factor to contrast; name one with --contrast FACTOR=A,B").into());
         }
-        let results = test(data, &contrasts, &options)?;
         let equivalences = self.equivalences(data)?;
         if self.input.json {
             print_json(

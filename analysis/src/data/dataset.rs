@@ -334,7 +334,7 @@ impl Builder {
         }
         let mut cells: Vec<Option<Cell>> = data.cells.into_iter().map(Some).collect();
         data.cells = order.iter().filter_map(|c| cells[*c].take()).collect();
-        data.participants.sort_by(|a, b| (level_key(&a.id)).cmp(&level_key(&b.id)));
+        data.participants.sort_by_cached_key(|p| level_key(&p.id));
         data
     }
 }

@@ -54,8 +54,16 @@ pub struct Written {
     pub files: Vec<PathBuf>,
 }
 
+/// What the journals hold.
+struct Gathered {
+    factors: Vec<String>,
+    lines: Vec<Line>,
+    /// Id and title.
+    studies: Vec<(String, String)>,
+}
+
 /// Factor columns and lines of all journals; mixed kinds are allowed here, each line says its own.
-fn gather(paths: &[PathBuf], selection: &Selection) -> Result<(Vec<String>, Vec<Line>, Vec<(String, String)>)> {
+fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
     let mut files = Vec::new();
     for source in expand(paths)? {
         match source {
@@ -116,7 +124,7 @@ fn gather(paths: &[PathBuf], selection: &Selection) -> Result<(Vec<String>, Vec<
             line
         })
         .collect();
-    Ok((factors, lines, studies))
+    Ok(Gathered { factors, lines, studies })
 }
 
 /// The words of one line, in the order of [`psych_ds_columns`].
@@ -165,7 +173,7 @@ fn csv<'a>(columns: &[Column], lines: impl Iterator<Item = &'a Line>) -> Result<
 /// # Errors
 /// As [`crate::data::load`]; [`Error::Write`] with the file that could not be written.
 pub fn export(paths: &[PathBuf], selection: &Selection, folder: &Path) -> Result<Written> {
-    let (factors, lines, studies) = gather(paths, selection)?;
+    let Gathered { factors, lines, studies } = gather(paths, selection)?;
     let columns = psych_ds::columns(&factors);
     let mut written = Written { rows: lines.len() as u64, files: Vec::new() };
     let mut put = |name: &Path, bytes: &[u8]| -> Result<()> {

@@ -118,8 +118,7 @@ pub(super) fn description(columns: &[Column], studies: &[(String, String)], line
     let variables: Vec<Value> = columns
         .iter()
         .map(|c| {
-            let mut v =
-                json!({ "@type": "PropertyValue", "name": c.name, "description": c.description, "valueType": c.kind });
+            let mut v = json!({ "@type": "PropertyValue", "name": c.name, "description": c.description });
             if !c.unit.is_empty() {
                 v["unitText"] = c.unit.into();
             }

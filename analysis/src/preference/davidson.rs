@@ -235,9 +235,8 @@ fn solve(h: &mut [Vec<f64>], mut g: Vec<f64>) -> Vec<f64> {
         }
         for r in c + 1..n {
             let f = h[r][c] / h[c][c];
-            for k in c..n {
-                h[r][k] -= f * h[c][k];
-            }
+            let (above, below) = h.split_at_mut(r);
+            below[0].iter_mut().zip(&above[c]).skip(c).for_each(|(x, pivot)| *x -= f * pivot);
             g[r] -= f * g[c];
         }
     }

@@ -490,7 +490,7 @@ fn metrics(input: &ReportInput, s: &StudyReport, out: &mut Vec<Block>) {
     if s.study.forced_choice || input.metrics.is_empty() {
         return;
     }
-    let points: Vec<(String, String, f64, f64)> = s
+    let points: Vec<svg::Point> = s
         .all
         .table
         .rows
@@ -498,13 +498,13 @@ fn metrics(input: &ReportInput, s: &StudyReport, out: &mut Vec<Block>) {
         .filter_map(|r| {
             let (scene, method) = (r.level("scene")?, r.level("method")?);
             let m = input.metrics.iter().find(|m| m.scene == scene && m.method == method)?;
-            Some((scene.to_owned(), method.to_owned(), m.value, r.mean))
+            Some(svg::Point { scene: scene.to_owned(), method: method.to_owned(), x: m.value, y: r.mean })
         })
         .collect();
     if points.len() < 3 {
         return;
     }
-    let rho = spearman(&points.iter().map(|p| (p.2, p.3)).collect::<Vec<_>>());
+    let rho = spearman(&points.iter().map(|p| (p.x, p.y)).collect::<Vec<_>>());
     out.push(Block::Heading(2, "MOS against measured inconsistency".into()));
     out.push(Block::Plot {
         caption: stamp(

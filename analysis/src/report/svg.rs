@@ -288,17 +288,29 @@ fn step_class(step: usize, steps: usize) -> String {
     format!("v{}", at.round() as u32 + 1)
 }
 
+/// One condition of a scatter plot.
+pub struct Point {
+    /// Scene, written beside the marker.
+    pub scene: String,
+    /// Method, told by the marker.
+    pub method: String,
+    /// Measured inconsistency.
+    pub x: f64,
+    /// MOS.
+    pub y: f64,
+}
+
 /// Points (measured inconsistency, MOS) with the scene beside each and one marker a method.
-pub fn scatter(points: &[(String, String, f64, f64)], label: &str, stamp: Option<&str>) -> String {
+pub fn scatter(points: &[Point], label: &str, stamp: Option<&str>) -> String {
     let (width, height, left, right, top, bottom) = (720.0, 360.0, 52.0, 76.0, 44.0, 48.0);
-    let methods = distinct(points.iter().map(|p| p.1.as_str()));
-    let range = |f: &dyn Fn(&(String, String, f64, f64)) -> f64| {
+    let methods = distinct(points.iter().map(|p| p.method.as_str()));
+    let range = |f: &dyn Fn(&Point) -> f64| {
         let lo = points.iter().map(f).fold(f64::INFINITY, f64::min);
         let hi = points.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
         let pad = 0.06 * (hi - lo).max(1e-9);
         (lo - pad, hi + pad)
     };
-    let ((x0, x1), (y0, y1)) = (range(&|p| p.2), range(&|p| p.3));
+    let ((x0, x1), (y0, y1)) = (range(&|p| p.x), range(&|p| p.y));
     let x = |v: f64| left + (v - x0) / (x1 - x0) * (width - left - right);
     let y = |v: f64| top + (y1 - v) / (y1 - y0) * (height - top - bottom);
     let mut c = Canvas::new(width, height);
@@ -310,7 +322,7 @@ pub fn scatter(points: &[(String, String, f64, f64)], label: &str, stamp: Option
         c.text("tick middle", x(v), height - bottom + 18.0, &plain(v));
     }
     c.text("label middle", (left + width - right) / 2.0, height - 8.0, "measured systematic inconsistency");
-    for (scene, method, vx, vy) in points {
+    for Point { scene, method, x: vx, y: vy } in points {
         let s = methods.iter().position(|m| m == method).unwrap_or(0);
         c.marker(s, x(*vx), y(*vy));
         c.text("value", x(*vx) + 11.0, y(*vy) + 4.5, scene);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::exact::counts_up_to;
+use super::exact::Null;
 use crate::special::normal_quantile;
 
 /// Median of the Walsh averages, with an interval where the number of pairs allows one.
@@ -60,20 +60,21 @@ fn rank_of_end(n: usize, level: f64) -> Option<(u64, f64)> {
         let achieved = 1.0 - 2.0 * crate::special::normal_upper((mean - (rank as f64 - 1.0) - 0.5) / sd);
         return Some((rank, achieved));
     }
-    // P(T ≤ q) up to a little beyond the normal guess suffices; the tail is heavier than normal's nowhere near.
+    // Up to a little beyond the normal guess suffices; sums beyond the mean are never the lower end.
     let ranks: Vec<u64> = (1..=n as u64).collect();
-    let at = (guess + 0.1 * sd + 4.0).max(1.0).min(mean) as u64;
-    let (counts, scale) = counts_up_to(&ranks, at);
-    let mut below = 0.0;
-    for (q, c) in counts.values.iter().enumerate() {
-        let next = below + libm::ldexp(*c, scale);
-        // The largest rank C with P(T ≤ C − 1) ≤ α/2, with room for rounding at exact equality.
-        if next > half * (1.0 + 1e-12) {
-            return (q > 0).then(|| (q as u64, 1.0 - 2.0 * below));
-        }
-        below = next;
+    let mut high = ((guess + 0.1 * sd + 4.0).max(1.0).min(mean)) as u64;
+    let null = Null::new(&ranks, high);
+    // The largest rank C with P(T ≤ C − 1) ≤ α/2, with room for rounding at exact equality.
+    let fits = |rank: u64| null.cumulative(rank - 1) <= half * (1.0 + 1e-12);
+    let mut low = 1;
+    if !fits(low) {
+        return None;
     }
-    Some((counts.values.len() as u64, 1.0 - 2.0 * below))
+    while low < high {
+        let middle = low + (high - low).div_ceil(2);
+        if fits(middle) { low = middle } else { high = middle - 1 }
+    }
+    Some((low, 1.0 - 2.0 * null.cumulative(low - 1)))
 }
 
 /// The `rank`-th smallest Walsh average (1-based), by bisection over the bit patterns of f64.
