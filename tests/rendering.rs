@@ -5,13 +5,13 @@ mod pictures;
 
 use std::sync::Arc;
 
+use cyclopean::render::{Settings, Streams};
+use cyclopean::scene::{Fallback, Scene};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pictures::{
     constant_environment, glowing, gpu, look, material, plane, relative_squared_error, render, render_from, scene,
     settings, sphere,
 };
-use cyclopean::render::{Settings, Streams};
-use cyclopean::scene::{Fallback, Scene};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 fn at(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))

@@ -7,9 +7,9 @@ mod pictures;
 use std::path::Path;
 use std::sync::Arc;
 
-use pictures::{gpu, render, settings};
 use cyclopean::render::Settings;
 use cyclopean::scene;
+use pictures::{gpu, render, settings};
 
 fn look_at(source: &str, settings: &Settings) {
     let gpu = gpu();
