@@ -281,9 +281,21 @@ pub fn name(r: &ContrastResult) -> String {
 /// `mos preference`: a line a condition, the overall test, the model.
 pub fn preference(p: &Preference) -> String {
     let mut rows = vec![
-        ["condition", "method", "same", "other", "MOS", "decided", "p", "share", "interval", "p ties split"]
-            .map(str::to_owned)
-            .to_vec(),
+        [
+            "condition",
+            "method",
+            "same",
+            "other",
+            "MOS",
+            "decided",
+            "p",
+            "p adjusted",
+            "share",
+            "interval",
+            "p ties split",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
     ];
     let optional = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
     for c in &p.conditions {
@@ -296,6 +308,7 @@ pub fn preference(p: &Preference) -> String {
             format!("{:.3}", c.mos),
             format!("{} of {}", c.decided.k, c.decided.n),
             optional(c.decided.p),
+            optional(c.p_adjusted),
             number(c.decided.share),
             match (c.decided.lo, c.decided.hi) {
                 (Some(lo), Some(hi)) => format!("[{lo:.3}, {hi:.3}]"),
