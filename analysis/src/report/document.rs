@@ -305,7 +305,7 @@ fn mos_table(input: &ReportInput, table: &Table) -> Block {
                 r.sd.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
                 r.interval.lo.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
                 r.interval.hi.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
-                r.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" "),
+                text::votes(r),
             ]);
             row
         })

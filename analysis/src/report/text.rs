@@ -77,7 +77,7 @@ pub fn table(table: &Table) -> String {
             number(row.sd),
             number(row.interval.lo),
             number(row.interval.hi),
-            row.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" "),
+            votes(row),
         ]);
         rows.push(line);
     }
@@ -90,6 +90,14 @@ pub fn table(table: &Table) -> String {
     }
     out.extend(table.notes.iter().map(|n| format!("note: {n}\n")));
     out
+}
+
+/// `1:0 2:3 …`; many different ratings are only counted.
+pub fn votes(row: &Row) -> String {
+    if row.counts.len() > 12 {
+        return format!("{} different ratings", row.counts.len());
+    }
+    row.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" ")
 }
 
 /// The table as the paper's figures have it: one line a method, one column a scene, a block a study.

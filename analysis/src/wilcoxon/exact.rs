@@ -63,6 +63,8 @@ pub fn tails(doubled: &[u64], observed: u64) -> Tails {
     let near = observed.min(total - observed);
     let (tail, point) = lower_tail(doubled, near);
     let far = 1.0 - tail + point;
+    // With more than a thousand ranks the tail may underflow; it is small, not nothing.
+    let tail = tail.max(f64::MIN_POSITIVE);
     if mirrored { Tails { lower: far, upper: tail, point } } else { Tails { lower: tail, upper: far, point } }
 }
 
