@@ -52,14 +52,14 @@ impl Console {
     /// A line of the human result; silent under `--json`.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.json {
-            println!("{}", text.as_ref());
+            print(text.as_ref());
         }
     }
 
     /// The JSON result; silent otherwise.
     pub fn object(&self, value: &impl serde::Serialize) -> Result<(), serde_json::Error> {
         if self.json {
-            println!("{}", serde_json::to_string(value)?);
+            print(&serde_json::to_string(value)?);
         }
         Ok(())
     }
@@ -80,6 +80,12 @@ impl Console {
         });
         Progress { what: what.to_owned(), total, done: 0, bar, started: Instant::now(), said: None }
     }
+}
+
+/// A line on stdout. A reader that has gone (`… | head`) is no failure of ours.
+fn print(text: &str) {
+    use std::io::Write as _;
+    let _ = writeln!(std::io::stdout().lock(), "{text}");
 }
 
 /// See [`Console::progress`].

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::process::Stdio;
+
 use common::{Lab, Painter, rate, stderr};
 use cyclopean::study::session;
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
@@ -152,4 +154,66 @@ fn two_programs_cannot_write_one_journal() {
     let withdraw = lab.program(&["study", "withdraw", "study.json", "--participant", "s01"]);
     assert!(stderr(&withdraw).contains("in use by another program"), "{}", stderr(&withdraw));
     assert!(path.exists());
+}
+
+#[test]
+fn programs_at_once_get_rows_of_their_own_and_one_participant_sits_once() {
+    let lab = Lab::new(&rate(&["pica", "room"], 1));
+    let start = |id: &str| {
+        let args = ["run", "study.json", "--participant", id, "--simulate"];
+        lab.command(&args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let ids: Vec<String> = (0..6).map(|i| format!("s{i}")).collect();
+    let all: Vec<_> = ids.iter().map(|id| start(id)).collect();
+    assert!(all.into_iter().all(|mut child| child.wait().unwrap().success()));
+    let mut rows: Vec<u64> = ids.iter().map(|id| collect(&lab.journal(id, "001")).unwrap().header.row).collect();
+    rows.sort_unstable();
+    assert_eq!(rows, [0, 1, 2, 3, 4, 5]);
+    let same: Vec<_> = (0..4).map(|_| start("twin")).collect();
+    let succeeded = same.into_iter().filter_map(|mut c| c.wait().ok()).filter(|status| status.success()).count();
+    assert_eq!(succeeded, 1);
+}
+
+#[test]
+fn a_lost_list_of_rows_is_made_again_from_the_journals() {
+    let lab = Lab::new(&rate(&["pica", "room"], 1));
+    assert!(lab.simulate("s01", &[]).status.success());
+    assert!(lab.simulate("s02", &[]).status.success());
+    let list = lab.sessions().join("rate/rows.json");
+    let before = std::fs::read_to_string(&list).unwrap();
+    std::fs::remove_file(&list).unwrap();
+    assert!(stderr(&lab.simulate("s02", &[])).contains("has completed this study in session 001"));
+    assert!(lab.simulate("s03", &[]).status.success());
+    assert_eq!(collect(&lab.journal("s03", "001")).unwrap().header.row, 2);
+    assert!(
+        std::fs::read_to_string(&list).unwrap().starts_with(before.trim_end().trim_end_matches(['}', ']', '\n', ' ']))
+    );
+    std::fs::write(&list, "{").unwrap();
+    let damaged = lab.simulate("s04", &[]);
+    assert_eq!(damaged.status.code(), Some(1));
+    assert!(stderr(&damaged).contains("rows.json is damaged"), "{}", stderr(&damaged));
+}
+
+#[test]
+fn simulated_observers_can_judge_what_the_renderer_measured() {
+    let mut study = rate(&["pica", "room", "wine"], 3);
+    study["simulation"] = serde_json::json!({"from_inconsistency": {"at_zero": 5, "slope": -20}});
+    let lab = Lab::new(&study);
+    assert!(lab.simulate("s01", &[]).status.success());
+    let votes = collect(&lab.journal("s01", "001")).unwrap();
+    for vote in &votes.votes {
+        // The painter measures 0.2 for one method and nothing for the other.
+        let expected = if votes.level(vote, "method") == Some("sssr") { 1 } else { 5 };
+        assert_eq!(vote.rating, expected);
+    }
+    study["simulation"] = serde_json::json!({"latent": {"sssr": 3}});
+    let lab = Lab::new(&study);
+    let output = lab.simulate("s01", &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("simulation.latent: has no value for method `path-traced`"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!lab.sessions().exists());
 }

@@ -64,3 +64,27 @@ fn every_shared_scene_loads() {
         assert!(scene.triangle_count() >= triangles, "{file}: {}", scene.triangle_count());
     }
 }
+
+#[test]
+fn environment_files_light_a_scene() {
+    let Some(folder) = shared() else { return };
+    let work = tempfile::tempdir().expect("a folder");
+    for (file, rotation) in
+        [("hdri/spree_bank_1k.hdr", 90.0), ("hdri/pmndrs_night.hdr", 0.0), ("mitsuba-living-room/env_sky19.hdr", 0.0)]
+    {
+        let map = folder.join(file).canonicalize().expect("a path");
+        let manifest = serde_json::json!({
+            "name": "lit", "geometry": { "builtin": { "name": "pica", "detail": 0.01 } },
+            "environment": { "map": { "file": map, "rotation_deg": rotation, "clamp": 50.0 } },
+        });
+        let path = work.path().join("lit.json");
+        std::fs::write(&path, manifest.to_string()).expect("written");
+        let started = std::time::Instant::now();
+        let scene = scene::load(&path.to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
+        println!("{file}: {:?}, {} wide", started.elapsed(), scene.environment.radiance.width);
+        check(&scene);
+        let texels = &scene.environment.radiance.texels;
+        assert!(scene.environment.radiance.width <= 2048 && texels.iter().flatten().all(|c| *c <= 50.0));
+        assert!(texels.iter().flatten().any(|c| *c > 0.1), "{file} is not dark");
+    }
+}

@@ -299,7 +299,9 @@ fn preparation_goes_on_where_it_failed_and_follows_a_changed_renderer() {
 
 #[test]
 fn a_frozen_study_refuses_whatever_differs() {
-    let lab = Lab::new(&rate(&["pica"], 1));
+    let mut study = rate(&["pica"], 1);
+    study["analysis"] = json!({"contrasts": [{"a": "path-traced", "b": "sssr"}]});
+    let lab = Lab::new(&study);
     let freeze = |folder: &str| lab.program(&["study", "freeze", "study.json", "-o", folder]);
     assert!(freeze("frozen").status.success());
     let again = freeze("frozen");
@@ -310,6 +312,8 @@ fn a_frozen_study_refuses_whatever_differs() {
     // The orders of all planned participants are those that sessions get.
     let orders: Value = serde_json::from_slice(&std::fs::read(lab.path("frozen/orders.json")).unwrap()).unwrap();
     assert_eq!(orders.as_array().unwrap().len(), 4);
+    let power: Value = serde_json::from_slice(&std::fs::read(lab.path("frozen/power.json")).unwrap()).unwrap();
+    assert_eq!((&power["participants"], power["tests"].as_array().map(Vec::len)), (&json!(4), Some(1)));
     let journal = collect(&lab.journal("s01", "001")).unwrap();
     assert_eq!(orders[0]["order"]["row"], journal.header.row);
 

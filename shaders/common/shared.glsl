@@ -84,34 +84,13 @@ struct TextureData {
 // Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).
 const uint VERTEX_WORDS = 15u;
 
-// An inner node of the BVH with the bounds of both children, so that a visit is one fetch.
-struct NodeData {
-    vec3 lower0;
-    uint child0;            // inner: index of the node; leaf: LEAF | first triangle | (count − 1) << COUNT_SHIFT
-    vec3 upper0;
-    uint reserved0;
-    vec3 lower1;
-    uint child1;
-    vec3 upper1;
-    uint reserved1;
-};
-
+// BVH nodes and triangles lie in textures, sixteen bytes a texel; see NodeData and TriangleData in shared.rs.
 const uint LEAF = 0x80000000u;
 const uint COUNT_SHIFT = 28u;   // up to eight triangles a leaf, 2²⁸ triangles
-
-struct TriangleData {
-    vec3 v0;
-    uint instance;
-    vec3 edge1;
-    uint first_index;       // of the triangle's three indices
-    vec3 edge2;
-    uint flags;             // DOUBLE_SIDED, MASKED
-};
-
 const uint DOUBLE_SIDED = 1u;
 const uint MASKED = 2u;
 
-// Counted over a frame; see src/render/counters.rs for the words.
+// Counted over a frame; a word each.
 struct CountersData {
     uint nan;
     uint inf;

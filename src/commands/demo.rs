@@ -15,6 +15,7 @@ use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
 use crate::study::store::Store;
 use crate::study::validate::{self, Study};
 
+use super::device::Size;
 use super::stimulus::{GpuStimuli, catalogue};
 
 /// Prepares, runs and analyses the studies with simulated observers, on a small setting.
@@ -26,6 +27,9 @@ pub struct Args {
     /// Simulated observers a study.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
     observers: u32,
+    /// Pixels of one eye, WIDTHxHEIGHT; by the device when not given.
+    #[arg(long)]
+    size: Option<Size>,
     /// Part of the device's name; the best device by default.
     #[arg(long)]
     device: Option<String>,
@@ -59,6 +63,10 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let setting = match renderer.gpu().is_cpu() {
         true => Setting { width_px: 480, height_px: 270, reference_samples: 32 },
         false => Setting { width_px: 960, height_px: 540, reference_samples: 256 },
+    };
+    let setting = match args.size {
+        Some(size) => Setting { width_px: size.width, height_px: size.height, ..setting },
+        None => setting,
     };
     console.note(format!(
         "device: {}; pictures of {}x{} per eye, {} paths a pixel in the reference (a study uses 1920x1080 and 1024)",

@@ -65,22 +65,22 @@ impl Disk {
         work()
     }
 
-    /// Makes a folder and its parents, for its owner alone.
+    /// Makes a folder and its parents, for its owner alone; each name is durable when this returns.
     pub fn create_folder(&self, path: &Path) -> io::Result<()> {
-        if path.is_dir() {
+        if path.as_os_str().is_empty() || path.is_dir() {
             return Ok(());
         }
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        self.create_folder(parent)?;
         self.guard(|| {
             let mut builder = fs::DirBuilder::new();
+            // Another program may make it at the same time.
             builder.recursive(true);
             #[cfg(unix)]
             std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
             builder.create(path)
         })?;
-        match path.parent().filter(|p| p.is_dir()) {
-            Some(parent) => self.sync_folder(parent),
-            None => Ok(()),
-        }
+        self.sync_folder(parent)
     }
 
     /// A new file for its owner alone; fails when it is there.

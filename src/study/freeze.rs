@@ -9,9 +9,10 @@ use cyclopean_analysis::files::{self, WriteError};
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
+use super::power;
 use super::schema;
 use super::session::program;
-use super::store::{Store, StoreError};
+use super::store::{Store, StoreError, file_sha256};
 use super::validate::Study;
 
 /// A study cannot be frozen, or differs from its frozen form.
@@ -32,6 +33,9 @@ pub enum FreezeError {
     #[error("frozen study {}: {what}", folder.display())]
     Differs { folder: PathBuf, what: String },
 }
+
+/// Enough for a standard error of 0.011 at a power of one half, and less elsewhere.
+const SIMULATED_STUDIES: u32 = 2000;
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Manifest {
@@ -64,13 +68,19 @@ pub fn freeze(study: &Study, store: &Store, folder: &Path) -> Result<String, Fre
             serde_json::json!({"order": plan.order, "presentations": plan.presentations})
         })
         .collect();
+    // A study without simulated observers says so instead.
+    let power = match power::estimate(d, SIMULATED_STUDIES) {
+        Ok(power) => serde_json::to_value(power).unwrap_or_default(),
+        Err(error) => serde_json::json!({"unknown": error.to_string()}),
+    };
     let contents: Vec<(&str, Vec<u8>)> = vec![
         ("study.json", study.text.clone().into_bytes()),
         ("schema.json", pretty(&schema::generate())),
         ("stimuli.json", pretty(&stimuli)),
         ("orders.json", pretty(&orders)),
         ("analysis.json", pretty(&d.analysis)),
-        ("program.json", pretty(&program())),
+        ("power.json", pretty(&power)),
+        ("program.json", pretty(&frozen_program().map_err(io)?)),
     ];
     let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let part = folder.with_file_name(format!(".{name}.{}.part", std::process::id()));
@@ -120,12 +130,19 @@ pub fn verify(folder: &Path, study: &Study, store: &Store) -> Result<String, Fre
             return Err(differs(format!("stimulus {} in the store is another", is.request.label())));
         }
     }
-    let built = pretty(&program());
+    let built = frozen_program().map_err(|source| FreezeError::Io { path: folder.to_owned(), source })?;
+    let built = pretty(&built);
     if manifest.files.get("program.json") != Some(&super::sha256_hex(&built)) {
         let what = "it was frozen by another build of the program; use that build, or freeze again";
         return Err(differs(what.to_owned()));
     }
     Ok(super::sha256_hex(&text))
+}
+
+/// Version, commit, and the SHA-256 of the running program itself.
+fn frozen_program() -> io::Result<serde_json::Value> {
+    let executable_sha256 = file_sha256(&std::env::current_exe()?)?;
+    Ok(serde_json::json!({"program": program(), "executable_sha256": executable_sha256}))
 }
 
 fn stimuli(study: &Study, store: &Store) -> Result<Vec<FrozenStimulus>, StoreError> {

@@ -95,6 +95,11 @@ impl SimulatedObserver {
         })
     }
 
+    /// What this observer will confirm.
+    pub fn choice(&self, presentation: u32) -> u32 {
+        self.judge(presentation).0
+    }
+
     /// Choice, first choice (which may be changed), and response time in nanoseconds.
     fn judge(&self, presentation: u32) -> (u32, u32, u64) {
         let mut stream =

@@ -4,6 +4,7 @@ use cyclopean_analysis::journal::record::{Condition, Purpose, Side};
 use serde::Serialize;
 
 use super::definition::{Definition, OrderKind};
+use super::observer::SimulatedObserver;
 use super::order;
 use super::plan::Plan;
 use super::store::Store;
@@ -94,8 +95,12 @@ fn warnings(d: &Definition, plan: &Plan) -> Vec<String> {
     if plan.presentations.iter().any(|p| p.a_is.is_some()) && d.participants % 2 == 1 {
         out.push("an odd number of participants: A and B are balanced over pairs of rows".to_owned());
     }
-    if d.simulation.is_none() {
-        out.push("no `simulation`: the study cannot be run dry".to_owned());
+    let nothing_measured = vec![None; plan.stimuli.len()];
+    let derives = d.simulation.as_ref().is_some_and(|s| s.from_inconsistency.is_some());
+    if let Err(error) = SimulatedObserver::new(d, plan, &[], "p", &nothing_measured)
+        && !derives
+    {
+        out.push(format!("cannot be run dry: {error}"));
     }
     out
 }

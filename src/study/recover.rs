@@ -1,14 +1,14 @@
 //! Sets the damaged end of a journal aside, so that what stands before it can be used again.
 
 use std::fmt;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::journal::{self, JournalError, codec};
 
 use super::disk::Disk;
-use super::writer::{WriterError, set_aside};
+use super::writer::{WriterError, lock, set_aside};
 
 /// What was found and done.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,11 +45,7 @@ impl fmt::Display for Recovered {
 pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
     let io = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
     let file = OpenOptions::new().read(true).append(true).open(path).map_err(io)?;
-    match file.try_lock() {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => return Err(WriterError::Locked { path: path.to_owned() }),
-        Err(TryLockError::Error(source)) => return Err(io(source)),
-    }
+    lock(&file, path)?;
     let source = BufReader::new(File::open(path).map_err(io)?);
     let mut reader = journal::read_from(path, source);
     let mut whole_lines = 0;

@@ -7,11 +7,12 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use cyclopean_analysis::journal::record::Kind;
+use cyclopean_analysis::journal;
+use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use serde::{Deserialize, Serialize};
 
 use super::disk::Disk;
-use super::writer::{Durability, JournalWriter, WriterError};
+use super::writer::{self, Durability, JournalWriter, WriterError};
 
 /// What is known of a row. After a withdrawal the id is gone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +59,7 @@ pub enum SessionsError {
     NothingToResume { participant: String, folder: PathBuf },
     #[error("no data of participant `{participant}` under {}", folder.display())]
     NoData { participant: String, folder: PathBuf },
-    #[error("{} is damaged ({what}); restore it from a copy, or remove it: rows are then reserved anew from the journals' own headers", path.display())]
+    #[error("{} is damaged ({what}); restore it from a copy, or remove it: the rows are then taken from the journals themselves", path.display())]
     Damaged { path: PathBuf, what: String },
     #[error("cannot use the sessions folder at {}: {source}", path.display())]
     Io {
@@ -121,9 +122,52 @@ impl Sessions {
             Ok(bytes) => {
                 serde_json::from_slice(&bytes).map_err(|e| SessionsError::Damaged { path, what: e.to_string() })
             }
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Rows::default()),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => self.rows_of_journals(),
             Err(e) => Err(self.io()(e)),
         }
+    }
+
+    /// Rows as the journals themselves tell them, where the list is lost. A journal without a header has none.
+    fn rows_of_journals(&self) -> Result<Rows, SessionsError> {
+        let mut rows = Vec::new();
+        let folders = match fs::read_dir(&self.folder) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Rows::default()),
+            folders => folders.map_err(self.io())?,
+        };
+        let mut journals = Vec::new();
+        for folder in folders {
+            let folder = folder.map_err(self.io())?.path();
+            if folder.is_dir() {
+                for file in fs::read_dir(&folder).map_err(self.io())? {
+                    journals.push(file.map_err(self.io())?.path());
+                }
+            }
+        }
+        journals.retain(|p| p.extension().is_some_and(|e| e == "jsonl"));
+        journals.sort();
+        for path in journals {
+            let mut found: Option<Reservation> = None;
+            for entry in journal::read(&path).map_err(WriterError::from)?.map_while(Result::ok) {
+                match (entry.record, &mut found) {
+                    (Record::Header(header), None) => {
+                        found = Some(Reservation {
+                            row: header.row,
+                            kind: entry.kind,
+                            state: RowState::Reserved,
+                            participant: Some(header.participant),
+                            session: Some(header.session),
+                        });
+                    }
+                    (Record::End(end), Some(row)) if end.outcome == Outcome::Completed => {
+                        row.state = RowState::Completed;
+                    }
+                    (Record::End(_), Some(row)) => row.state = RowState::Released,
+                    _ => {}
+                }
+            }
+            rows.extend(found);
+        }
+        Ok(Rows { rows })
     }
 
     fn write_rows(&self, rows: &Rows) -> Result<(), SessionsError> {
@@ -266,10 +310,7 @@ impl Sessions {
         }
         files.sort();
         for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "jsonl")) {
-            let in_use = File::open(path).map_err(self.io())?.try_lock().is_err();
-            if in_use {
-                return Err(WriterError::Locked { path: path.clone() }.into());
-            }
+            writer::lock(&File::open(path).map_err(self.io())?, path)?;
         }
         let mut stones = Vec::new();
         for row in rows.rows.iter_mut().filter(|r| r.participant.as_deref() == Some(participant)) {

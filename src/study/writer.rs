@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use chrono::{DateTime, Utc};
 use cyclopean_analysis::journal::record::{Kind, Record};
@@ -202,12 +203,26 @@ impl JournalWriter {
     }
 }
 
-fn lock(file: &File, path: &Path) -> Result<(), WriterError> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(WriterError::Locked { path: path.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(WriterError::Io { what: "lock", path: path.to_owned(), source }),
+/// How often, and how far apart, a lock is tried: a process that is being started holds its parent's files for an
+/// instant.
+const LOCK_TRIES: u32 = 10;
+const LOCK_WAIT: Duration = Duration::from_millis(20);
+
+/// Takes a journal's lock; it goes with the file.
+///
+/// # Errors
+/// Another program has it.
+pub fn lock(file: &File, path: &Path) -> Result<(), WriterError> {
+    for _ in 0..LOCK_TRIES {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOCK_WAIT),
+            Err(TryLockError::Error(source)) => {
+                return Err(WriterError::Io { what: "lock", path: path.to_owned(), source });
+            }
+        }
     }
+    Err(WriterError::Locked { path: path.to_owned() })
 }
 
 /// Copies all bytes from `keep` on to a file beside the journal, then cuts them off. Gives their number.

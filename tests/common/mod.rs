@@ -56,7 +56,17 @@ pub struct Lab {
 impl Lab {
     /// `study`: JSON of the whole file.
     pub fn new(study: &serde_json::Value) -> Lab {
-        let lab = Lab { dir: tempfile::tempdir().expect("a temporary folder") };
+        Lab::within(&std::env::temp_dir(), study)
+    }
+
+    /// On a file system in memory where there is one: thousands of syncs cost nothing there.
+    pub fn in_memory(study: &serde_json::Value) -> Lab {
+        let (memory, temporary) = (Path::new("/dev/shm"), std::env::temp_dir());
+        Lab::within(if memory.is_dir() { memory } else { &temporary }, study)
+    }
+
+    fn within(folder: &Path, study: &serde_json::Value) -> Lab {
+        let lab = Lab { dir: tempfile::tempdir_in(folder).expect("a temporary folder") };
         std::fs::write(lab.study(), serde_json::to_string_pretty(study).expect("JSON")).expect("the study file");
         lab.prepare(&mut Painter::default());
         lab

@@ -123,10 +123,16 @@ impl Collector {
             Record::Condition(condition) => self.votes.conditions.push(condition),
             Record::Planned(planned) => self.planned.push(planned),
             Record::Answer(answer) if answer.counts => self.votes.votes.extend(self.vote(&answer)),
-            Record::Missing(missing) => self.votes.missing.push((missing.presentation, missing.reason)),
+            Record::Missing(missing) if self.is_trial(missing.presentation) => {
+                self.votes.missing.push((missing.presentation, missing.reason));
+            }
             Record::End(end) => self.votes.outcome = Some(end.outcome),
             _ => {}
         }
+    }
+
+    fn is_trial(&self, presentation: u32) -> bool {
+        self.planned.get(presentation as usize).is_some_and(|p| p.purpose == Purpose::Trial)
     }
 
     fn vote(&self, answer: &Answer) -> Option<Vote> {

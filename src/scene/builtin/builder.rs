@@ -7,8 +7,11 @@ use std::thread;
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 
+use super::finish::{EMISSIVE_STRENGTH, IOR, TEXTURE_TRANSFORM, material_json};
+pub use super::finish::{Finish, TextureId};
 use super::shape::{Shape, turn};
 use super::texture::Image;
+use super::writer::Writer;
 
 /// A glTF and the files that it names, in memory.
 #[derive(Debug)]
@@ -52,68 +55,6 @@ pub struct MaterialId(usize);
 
 #[derive(Debug, Clone, Copy)]
 pub struct MeshId(usize);
-
-#[derive(Debug, Clone, Copy)]
-pub struct TextureId(usize);
-
-/// A material; start from [`Finish::dielectric`] or [`Finish::metal`].
-#[derive(Debug, Clone)]
-pub struct Finish {
-    name: String,
-    color: [f32; 3],
-    metallic: f32,
-    roughness: f32,
-    emissive: [f32; 3],
-    ior: f32,
-    color_map: Option<TextureId>,
-    roughness_map: Option<TextureId>,
-    normal_map: Option<TextureId>,
-    /// Repeats a metre (or a unit of UV).
-    repeat: f32,
-}
-
-impl Finish {
-    pub fn dielectric(name: &str, color: [f32; 3], roughness: f32) -> Finish {
-        Finish {
-            name: name.to_owned(),
-            color,
-            metallic: 0.0,
-            roughness,
-            emissive: [0.0; 3],
-            ior: 1.5,
-            color_map: None,
-            roughness_map: None,
-            normal_map: None,
-            repeat: 1.0,
-        }
-    }
-
-    pub fn metal(name: &str, color: [f32; 3], roughness: f32) -> Finish {
-        Finish { metallic: 1.0, ..Finish::dielectric(name, color, roughness) }
-    }
-
-    pub fn emissive(self, radiance: [f32; 3]) -> Finish {
-        Finish { emissive: radiance, ..self }
-    }
-
-    /// Index of refraction: 1.5 is plastic, 1.8–2 a lacquer or polish that mirrors more.
-    pub fn ior(self, ior: f32) -> Finish {
-        Finish { ior, ..self }
-    }
-
-    pub fn map(self, color_map: TextureId, repeat: f32) -> Finish {
-        Finish { color_map: Some(color_map), repeat, ..self }
-    }
-
-    /// G = roughness factor, B = metallic factor.
-    pub fn roughness_map(self, map: TextureId) -> Finish {
-        Finish { roughness_map: Some(map), ..self }
-    }
-
-    pub fn normal_map(self, map: TextureId) -> Finish {
-        Finish { normal_map: Some(map), ..self }
-    }
-}
 
 /// Collects a scene; `detail` scales triangle counts.
 pub struct Builder {
@@ -277,101 +218,4 @@ fn node_json(name: &str, mesh: MeshId, pose: &Pose) -> Value {
         node["scale"] = json!(Vec3::splat(pose.scale).to_array());
     }
     node
-}
-
-fn material_json(finish: &Finish) -> Value {
-    let slot = |map: TextureId| {
-        let mut slot = json!({ "index": map.0 });
-        if finish.repeat != 1.0 {
-            slot["extensions"] = json!({ "KHR_texture_transform": { "scale": [finish.repeat, finish.repeat] } });
-        }
-        slot
-    };
-    let [r, g, b] = finish.color;
-    let mut pbr = json!({
-        "baseColorFactor": [r, g, b, 1.0],
-        "metallicFactor": finish.metallic,
-        "roughnessFactor": finish.roughness,
-    });
-    if let Some(map) = finish.color_map {
-        pbr["baseColorTexture"] = slot(map);
-    }
-    if let Some(map) = finish.roughness_map {
-        pbr["metallicRoughnessTexture"] = slot(map);
-    }
-    let mut material = json!({ "name": finish.name, "pbrMetallicRoughness": pbr });
-    if let Some(map) = finish.normal_map {
-        material["normalTexture"] = slot(map);
-    }
-    let mut extensions = serde_json::Map::new();
-    let strength = finish.emissive.into_iter().fold(0.0, f32::max);
-    if strength > 0.0 {
-        material["emissiveFactor"] = json!(finish.emissive.map(|c| c / strength.max(1.0)));
-        if strength > 1.0 {
-            extensions.insert(EMISSIVE_STRENGTH.to_owned(), json!({ "emissiveStrength": strength }));
-        }
-    }
-    if finish.ior != 1.5 {
-        extensions.insert(IOR.to_owned(), json!({ "ior": finish.ior }));
-    }
-    if !extensions.is_empty() {
-        material["extensions"] = extensions.into();
-    }
-    material
-}
-
-const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
-const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
-const IOR: &str = "KHR_materials_ior";
-
-#[derive(Default)]
-struct Writer {
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-}
-
-impl Writer {
-    fn primitive(&mut self, shape: &Shape, material: usize, finish: &Finish) -> Value {
-        let flat3 = |v: &[Vec3]| v.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>();
-        let positions = self.floats(&flat3(&shape.positions), "VEC3");
-        let (low, high) = shape
-            .positions
-            .iter()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
-        self.accessors[positions]["min"] = json!(low.to_array());
-        self.accessors[positions]["max"] = json!(high.to_array());
-        let mut attributes = json!({
-            "POSITION": positions,
-            "NORMAL": self.floats(&flat3(&shape.normals), "VEC3"),
-            "TEXCOORD_0": self.floats(&shape.uvs.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>(), "VEC2"),
-        });
-        if finish.normal_map.is_some() {
-            attributes["TANGENT"] = self.floats(&super::texture::tangents(shape), "VEC4").into();
-        }
-        let start = self.bytes.len();
-        self.bytes.extend(shape.indices.iter().flat_map(|i| i.to_le_bytes()));
-        self.views
-            .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start, "target": 34963 }));
-        self.accessors.push(json!({
-            "bufferView": self.views.len() - 1, "componentType": 5125, "count": shape.indices.len(), "type": "SCALAR",
-        }));
-        json!({ "attributes": attributes, "indices": self.accessors.len() - 1, "material": material })
-    }
-
-    fn floats(&mut self, values: &[f32], kind: &str) -> usize {
-        let width = match kind {
-            "VEC2" => 2,
-            "VEC3" => 3,
-            _ => 4,
-        };
-        let start = self.bytes.len();
-        self.bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
-        self.views
-            .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start, "target": 34962 }));
-        self.accessors.push(json!({
-            "bufferView": self.views.len() - 1, "componentType": 5126, "count": values.len() / width, "type": kind,
-        }));
-        self.accessors.len() - 1
-    }
 }

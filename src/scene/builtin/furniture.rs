@@ -173,7 +173,7 @@ pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves
         let width = height * (0.035 + 0.02 * u(2));
         let blade = |side: f32| {
             grid(across, steps, |i, j| {
-                let i = if side > 0.0 { i } else { across - i };
+                let i = if side < 0.0 { i } else { across - i };
                 let (s, t) = (i as f32 / across as f32 * 2.0 - 1.0, j as f32 / steps as f32);
                 let spread = if j == 0 || j == steps { 0.0 } else { width * sin(t * std::f32::consts::PI) };
                 // Both sheets share their rim, so the rim has no thickness.

@@ -3,12 +3,15 @@
 //! One file a scene, one a family of shapes; the manifests in `scenes/` place eyes, lights and motion.
 
 mod builder;
+mod cellar;
 mod figures;
+mod finish;
 mod furniture;
 mod noise;
 mod pattern;
 mod pica;
 mod pink;
+mod playthings;
 mod room;
 mod shape;
 mod solids;
@@ -18,6 +21,7 @@ mod tableware;
 mod temple;
 mod texture;
 mod wine;
+mod writer;
 
 pub use builder::Generated;
 

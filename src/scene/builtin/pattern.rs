@@ -1,15 +1,22 @@
 //! Seamless patterns over u, v in 0–1: wood, stone, tiles, cloth, books, pictures. Colours in linear light.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 
 use super::noise::{fractal, unit, value};
 
-/// Linear colour from 0–255 display values.
-pub fn rgb(r: u8, g: u8, b: u8) -> [f32; 3] {
-    [r, g, b].map(|c| {
-        let x = f64::from(c) / 255.0;
+/// The sRGB curve at the 256 display values: patterns ask for colours once a texel.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|c| {
+        let x = c as f64 / 255.0;
         (if x <= 0.040_45 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) }) as f32
     })
+});
+
+/// Linear colour from 0–255 display values.
+pub fn rgb(r: u8, g: u8, b: u8) -> [f32; 3] {
+    [r, g, b].map(|c| LINEAR[usize::from(c)])
 }
 
 fn smooth(low: f32, high: f32, x: f32) -> f32 {
@@ -144,8 +151,8 @@ pub fn wear(u: f32, v: f32, strength: f32, seed: u32) -> f32 {
         let (dx, dy) = (unit(k, 3, seed) - 0.5, unit(k, 4, seed) - 0.5);
         let length = (dx * dx + dy * dy).sqrt().max(0.05);
         let (px, py) = (u - x, v - y);
-        let (along, across) = ((px * dx + py * dy) / length, (px * dy - py * dx).abs() / length);
-        if along.abs() < length * 0.5 && across < 0.0012 {
+        let (along, across) = (px * dx + py * dy, (px * dy - py * dx).abs());
+        if across < 0.0012 * length && along.abs() < length * length * 0.5 {
             scratch = 1.0;
         }
     }

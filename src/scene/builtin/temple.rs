@@ -36,9 +36,9 @@ fn hall(b: &mut Builder) -> Stuff {
     let flags = move |u, v| pattern::tiles(u, v, (4, 4), rgb(118, 108, 92), rgb(46, 40, 34), 0.5);
     let floor_map = b.texture("flags", Image::color(512, flags));
     let floor_bump =
-        b.texture("flags-bump", Image::normals(512, move |u, v| 0.0022 * pattern::tile_height(u, v, (4, 4), 0.5)));
+        b.texture("flags-bump", Image::normals(512, move |u, v| 0.0011 * pattern::tile_height(u, v, (4, 4), 0.5)));
     let floor_wear = b.texture("flags-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.7, 21)));
-    let polished = Finish::dielectric("worn flags", [0.85; 3], 0.2).ior(1.9).map(floor_map, 0.4);
+    let polished = Finish::dielectric("worn flags", [0.75; 3], 0.15).ior(1.9).map(floor_map, 0.4);
     let floor = b.material(polished.roughness_map(floor_wear).normal_map(floor_bump));
     let ashlar_map = b.texture(
         "ashlar",
@@ -217,7 +217,7 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
             ([180, 130, 60], 0.55),
         ],
     );
-    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([4.0, 2.3, 0.8]));
+    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([2.6, 1.6, 0.7]));
     let wax = b.palette("candle wax", &[([226, 210, 176], 0.56), ([150, 30, 26], 0.54)]);
     for k in 0..26 {
         let u = |i| unit(k, i, 71);

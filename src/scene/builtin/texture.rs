@@ -1,6 +1,7 @@
 //! Textures made by code: images, their PNG bytes, normal maps, and tangents that fit them.
 
 use std::io::Cursor;
+use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3};
 use image::ImageEncoder;
@@ -16,8 +17,7 @@ pub struct Image {
 impl Image {
     /// A colour map: `color(u, v)` in linear light, stored as sRGB.
     pub fn color(size: u32, color: impl Fn(f32, f32) -> Vec3 + Send + Sync + 'static) -> Image {
-        let curve: Vec<u8> = (0..4096).map(|i| encode(i as f32 / 4095.0)).collect();
-        let texel = move |u, v| color(u, v).to_array().map(|c| curve[(c.clamp(0.0, 1.0) * 4095.0) as usize]);
+        let texel = move |u, v| color(u, v).to_array().map(|c| CURVE[(c.clamp(0.0, 1.0) * 4095.0) as usize]);
         Image { size, texel: Box::new(texel) }
     }
 
@@ -56,6 +56,9 @@ impl Image {
         Ok(out.into_inner())
     }
 }
+
+/// The sRGB curve, fine enough that no byte is skipped in the dark.
+static CURVE: LazyLock<Vec<u8>> = LazyLock::new(|| (0..4096).map(|i| encode(i as f32 / 4095.0)).collect());
 
 fn byte(x: f32) -> u8 {
     (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8

@@ -6,66 +6,35 @@
 use glam::Vec3;
 
 use super::builder::{Builder, Finish, MaterialId, Pose};
-use super::furniture::{self, slab};
+use super::cellar;
+use super::furniture;
 use super::noise::unit;
 use super::pattern::{self, rgb};
 use super::shape::Shape;
 use super::solids::{block, rounded_box};
-use super::sweep::{cask, disc, tube};
 use super::tableware;
 use super::texture::Image;
 
 /// Height of the table's top.
 const TOP: f32 = 0.76;
 
-struct Glasses {
-    tints: Vec<MaterialId>,
-    bottle: Vec<MaterialId>,
-    labels: Vec<MaterialId>,
-    foil: Vec<MaterialId>,
+pub(super) struct Glasses {
+    pub(super) tints: Vec<MaterialId>,
+    pub(super) bottle: Vec<MaterialId>,
+    pub(super) labels: Vec<MaterialId>,
+    pub(super) foil: Vec<MaterialId>,
 }
 
 pub fn build(detail: f64) -> Builder {
     let mut b = Builder::new("wine", detail);
-    let oak = cellar(&mut b);
+    let oak = cellar::shell(&mut b);
     let glasses = glass_materials(&mut b);
     table(&mut b, oak);
     places(&mut b, &glasses);
     centre(&mut b, &glasses);
-    rack(&mut b, oak, &glasses);
-    sides(&mut b, oak, &glasses);
+    cellar::rack(&mut b, oak, &glasses);
+    cellar::sides(&mut b, oak, &glasses);
     b
-}
-
-fn cellar(b: &mut Builder) -> MaterialId {
-    let stone = move |u, v| pattern::checker(u, v, 4, rgb(88, 80, 72), rgb(40, 34, 32));
-    let floor_map = b.texture("flags", Image::color(512, stone));
-    let floor_wear = b.texture("flags-wear", Image::roughness(256, move |u, v| pattern::wear(u, v, 0.5, 2)));
-    let floor = b.material(
-        Finish::dielectric("flagstones", [1.0; 3], 0.3).ior(1.8).map(floor_map, 0.5).roughness_map(floor_wear),
-    );
-    let brick_map = b.texture(
-        "brick",
-        Image::color(512, move |u, v| pattern::tiles(u, v, (6, 14), rgb(176, 134, 110), rgb(150, 142, 130), 0.5)),
-    );
-    let brick_bump =
-        b.texture("brick-bump", Image::normals(512, move |u, v| 0.006 * pattern::tile_height(u, v, (6, 14), 0.5)));
-    let brick = b.material(Finish::dielectric("brick", [1.0; 3], 0.86).map(brick_map, 0.7).normal_map(brick_bump));
-    let plaster = b.material(Finish::dielectric("lime plaster", rgb(196, 182, 158), 0.9));
-    let oak_map =
-        b.texture("oak", Image::color(512, move |u, v| pattern::grain(u, v, rgb(150, 106, 66), rgb(84, 56, 34))));
-    let oak = b.material(Finish::dielectric("cellar oak", [1.0; 3], 0.59).map(oak_map, 1.0));
-    b.add("floor", floor, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, -0.1, 0.0)));
-    b.add("ceiling", plaster, slab(Vec3::new(8.4, 0.2, 9.0), Vec3::new(0.0, 3.0, 0.0)));
-    b.add("back wall", brick, slab(Vec3::new(8.4, 2.9, 0.2), Vec3::new(0.0, 1.45, -3.5)));
-    b.add("left wall", brick, slab(Vec3::new(0.2, 2.9, 9.0), Vec3::new(-3.6, 1.45, 0.0)));
-    b.add("right wall", plaster, slab(Vec3::new(0.2, 2.9, 9.0), Vec3::new(3.6, 1.45, 0.0)));
-    b.add("front wall", plaster, slab(Vec3::new(8.4, 2.9, 0.2), Vec3::new(0.0, 1.45, 4.6)));
-    for k in 0..5 {
-        let beam = rounded_box(Vec3::new(0.18, 0.2, 8.0), 0.02, b.segments(3, 1));
-        b.add("beam", oak, beam.at(-2.8 + 1.4 * k as f32, 2.79, 0.0));
-    }
-    oak
 }
 
 fn glass_materials(b: &mut Builder) -> Glasses {
@@ -74,7 +43,7 @@ fn glass_materials(b: &mut Builder) -> Glasses {
     };
     let tints = [
         ("smoked glass", [44, 48, 54], 0.0),
-        ("ruby wine", [110, 12, 28], 0.1),
+        ("ruby wine", [110, 12, 28], 0.22),
         ("amber glass", [150, 88, 22], 0.3),
         ("blue glass", [24, 52, 120], 0.35),
         ("silvered glass", [150, 152, 156], 0.25),
@@ -126,7 +95,7 @@ fn table(b: &mut Builder, oak: MaterialId) {
 
 fn places(b: &mut Builder, glasses: &Glasses) {
     let china = b.palette("china", &[([232, 228, 216], 0.45), ([200, 214, 220], 0.55), ([56, 70, 96], 0.5)]);
-    let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.09));
+    let silver = b.material(Finish::metal("table silver", [0.80, 0.79, 0.76], 0.3));
     let napkin_map = b.texture(
         "napkin",
         Image::color(256, move |u, v| pattern::weave(u, v, 64, rgb(190, 176, 150), rgb(150, 60, 56))),
@@ -225,7 +194,7 @@ fn centre(b: &mut Builder, glasses: &Glasses) {
     }
     let brass = b.material(Finish::metal("candle brass", [0.82, 0.64, 0.32], 0.4));
     let wax = b.material(Finish::dielectric("wax", rgb(232, 220, 190), 0.59));
-    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([4.0, 2.5, 1.0]));
+    let flame = b.material(Finish::dielectric("flame", [0.9; 3], 0.9).emissive([2.6, 1.7, 0.8]));
     for (x, z, h) in [(-0.08f32, -0.1f32, 0.2f32), (0.22, 0.02, 0.14), (-0.16, 0.32, 0.1), (0.0, -1.0, 0.16)] {
         b.add("candlestick", brass, furniture::turned_foot(b, 0.12, 0.05).at(x, TOP + 0.0005, z));
         let parts = tableware::candle(b, wax, flame, 0.016, h);
@@ -258,80 +227,4 @@ fn centre(b: &mut Builder, glasses: &Glasses) {
     b.add("grapes", grape, bunch);
     let board = b.material(Finish::dielectric("olive board", rgb(140, 98, 58), 0.53));
     b.add("cheese board", board, block(0.34, 0.02, 0.22, 0.008, b.segments(4, 1)).at(-0.5, TOP + 0.0005, 0.94));
-}
-
-fn rack(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
-    let s = b.segments(3, 1);
-    let mut lattice = Shape::default();
-    let (columns, rows, pitch) = (14usize, 9usize, 0.19f32);
-    let left = -(columns as f32) * pitch / 2.0;
-    for i in 0..=columns {
-        lattice.push(block(0.02, rows as f32 * pitch + 0.02, 0.3, 0.003, s).at(left + i as f32 * pitch, 0.1, -3.2));
-    }
-    for j in 0..=rows {
-        let y = 0.101 + j as f32 * pitch;
-        lattice.push(block(columns as f32 * pitch + 0.06, 0.018, 0.28, 0.003, s).at(0.0, y, -3.2));
-    }
-    b.add("rack", oak, lattice);
-    let bottles: Vec<_> = (0..4)
-        .map(|k| {
-            let parts = tableware::bottle(b, glasses.bottle[k], glasses.labels[k], glasses.foil[(k + 1) % 3], 0.3, 0.5);
-            b.mesh("racked bottle", parts)
-        })
-        .collect();
-    for j in 0..rows {
-        for i in 0..columns {
-            let k = (unit(i as i32, j as i32, 19) * 5.0) as usize;
-            if k < 4 {
-                let (x, y) = (left + (i as f32 + 0.5) * pitch, 0.12 + j as f32 * pitch + 0.04);
-                b.place("racked bottle", bottles[k], Pose::at(x, y, -3.32).pitch(90.0));
-            }
-        }
-    }
-}
-
-fn sides(b: &mut Builder, oak: MaterialId, glasses: &Glasses) {
-    let marble_map = b.texture(
-        "marble",
-        Image::color(256, move |u, v| pattern::marble(u, v, rgb(206, 200, 190), rgb(90, 86, 84), 6)),
-    );
-    let marble = b.material(Finish::dielectric("marble", [1.0; 3], 0.14).ior(1.7).map(marble_map, 0.8));
-    let copper = b.material(Finish::metal("copper", [0.90, 0.54, 0.40], 0.5));
-    for side in [-1.0f32, 1.0] {
-        let x = side * 2.75;
-        b.add("sideboard", oak, block(0.55, 0.86, 2.2, 0.015, b.segments(3, 1)).at(x, 0.0, -1.2));
-        b.add("sideboard top", marble, block(0.62, 0.035, 2.28, 0.01, b.segments(3, 1)).at(x, 0.861, -1.2));
-        for k in 0..7 {
-            let z = -2.1 + 0.3 * k as f32;
-            let form = tableware::wine_glass(b, 0.2 + 0.015 * (k % 3) as f32, 0.04);
-            b.add("glass", glasses.tints[k % 5], form.at(x - side * (0.1 + 0.08 * (k % 2) as f32), 0.8965, z));
-        }
-        let parts = tableware::bottle(b, glasses.bottle[2], glasses.labels[0], glasses.foil[0], 0.42, 1.0);
-        let magnum = b.mesh("magnum", parts);
-        for k in 0..3 {
-            b.place("magnum", magnum, Pose::at(x + side * 0.12, 0.8965, -1.9 + 0.55 * k as f32));
-        }
-        b.add("bucket", copper, tableware::cup(b, 0.13, 0.24, 0.006).at(x - side * 0.05, 0.8965, 0.12 - 0.15));
-    }
-    // A cask near each edge of the view.
-    let iron = b.material(Finish::metal("hoop iron", [0.36, 0.35, 0.34], 0.58));
-    for (x, z) in [(-2.45f32, 0.9f32), (2.4, 1.0)] {
-        let (staves, hoops) = cask(b.segments(96, 16), 0.3, 0.9, 6);
-        let mesh = b.mesh("cask", vec![(oak, staves), (iron, hoops)]);
-        b.place("cask", mesh, Pose::at(x, 0.0, z));
-    }
-    let shade = b.material(Finish::dielectric("copper shade", rgb(150, 74, 44), 0.56));
-    let bulb = b.material(Finish::dielectric("bulb", [0.9; 3], 0.9).emissive([4.0, 3.2, 2.2]));
-    let parts = furniture::pendant(b, shade, bulb, 0.7, 0.2);
-    let pendant = b.mesh("pendant", parts);
-    for x in [-0.7f32, 0.7] {
-        b.place("pendant", pendant, Pose::at(x, 2.9, -1.0));
-    }
-    let rail = tube(&[Vec3::new(-1.4, 2.05, -3.2), Vec3::new(1.4, 2.05, -3.2)], 0.02, b.segments(20, 8));
-    b.add("rail", copper, rail);
-    let mut row = Shape::default();
-    for k in 0..9 {
-        row.push(disc(0.12, 0.02, b.segments(48, 10)).turned(Vec3::X, 80.0).at(-1.2 + 0.3 * k as f32, 1.97, -3.12));
-    }
-    b.add("copper plates", copper, row);
 }

@@ -8,11 +8,14 @@ use crate::scene::error::Reason;
 /// Wider maps are averaged down to this: finer than a pixel of any reflection, and 4 MiB a channel.
 const MOST_WIDTH: u32 = 2048;
 
+/// More texels than any panorama has: a header of a few bytes may claim any size.
+const MOST_TEXELS: u64 = 1 << 27;
+
 /// Decodes a map; the bytes decide which kind it is.
 pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
     let map = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { decode_exr(bytes)? } else { decode_hdr(bytes)? };
     if map.width == 0 || map.height == 0 {
-        return Err("the map has no pixels".to_owned());
+        return Err("the map has no pixels, or too many".to_owned());
     }
     let height = (u64::from(map.height) * u64::from(MOST_WIDTH) / u64::from(map.width)).max(1) as u32;
     Ok(map.downsample(MOST_WIDTH, height))
@@ -33,13 +36,16 @@ fn decode_exr(bytes: &[u8]) -> Result<Equirect, Reason> {
         .no_deep_data()
         .largest_resolution_level()
         .rgba_channels(
-            |size, _| Equirect {
-                width: size.width() as u32,
-                height: size.height() as u32,
-                texels: vec![[0.0; 3]; size.area()],
+            |size, _| {
+                let fits = (size.width() as u64).saturating_mul(size.height() as u64) <= MOST_TEXELS;
+                // Too large a map stays empty and is refused by its caller.
+                let (width, height) = if fits { (size.width(), size.height()) } else { (0, 0) };
+                Equirect { width: width as u32, height: height as u32, texels: vec![[0.0; 3]; width * height] }
             },
             |map: &mut Equirect, at, (r, g, b, _): (f32, f32, f32, f32)| {
-                map.texels[at.y() * map.width as usize + at.x()] = [r, g, b];
+                if let Some(texel) = map.texels.get_mut(at.y() * map.width as usize + at.x()) {
+                    *texel = [r, g, b];
+                }
             },
         )
         .first_valid_layer()

@@ -1,5 +1,7 @@
 //! Document + manifest → [`Scene`]: views, lights, environment and motion resolved and checked.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DQuat, DVec3, Vec3};
 
 use super::document::Document;
@@ -18,11 +20,18 @@ const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
 pub fn bare(name: String, document: Document, reader: Reader) -> Result<Scene, SceneError> {
     let sky_spec = SkySpec::default();
     let lit = !document.lights.is_empty() || document.materials.iter().any(|m| m.emissive != Vec3::ZERO);
-    let mut scene = scene(name, document, Environment::from_radiance(sky::radiance(&sky_spec)), reader);
+    let mut scene = scene(name, document, default_sky(), reader);
     if !lit {
         scene.lights.extend(sky::sun(&sky_spec));
     }
     Ok(scene)
+}
+
+/// Prefiltered once a process: most scenes that bring no light of their own share it.
+fn default_sky() -> Environment {
+    static SKY: LazyLock<Environment> =
+        LazyLock::new(|| Environment::from_radiance(sky::radiance(&SkySpec::default())));
+    SKY.clone()
 }
 
 /// A glTF seen through a manifest; `map` is its environment file, decoded.
@@ -50,7 +59,7 @@ pub fn with_manifest(
             lights.extend(sky::sun(spec));
             Environment::from_radiance(sky::radiance(spec))
         }
-        None => Environment::from_radiance(sky::radiance(&SkySpec::default())),
+        None => default_sky(),
     };
     let mut views = Vec::new();
     for spec in &manifest.views {

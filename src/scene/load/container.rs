@@ -1,6 +1,7 @@
 //! Bytes → the glTF's JSON (validated) and its binary chunk.
 
-use gltf::json::validation::{Error as JsonError, Validate};
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::{Checked, Error as JsonError, Validate};
 use gltf::json::{Path as JsonPath, Root};
 
 use crate::scene::error::SceneError;
@@ -33,6 +34,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>), SceneE
     }
     // What is left is implemented here, whatever the parsing crate has been built with.
     root.extensions_required.clear();
+    complete_positions(&mut root).map_err(invalid)?;
     let mut first: Option<(String, JsonError)> = None;
     root.validate(&root, JsonPath::new, &mut |path: &dyn Fn() -> JsonPath, error: JsonError| {
         first.get_or_insert_with(|| (path().to_string(), error));
@@ -41,6 +43,24 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>), SceneE
         Some((path, error)) => Err(invalid(format!("{path}: {}", error.to_string().to_lowercase()))),
         None => Ok((root, blob)),
     }
+}
+
+/// Gives POSITION accessors the bounds that the format asks for: nothing here reads them, and a file without
+/// them is whole otherwise. A POSITION that leads nowhere is refused here, before the validator trusts it.
+fn complete_positions(root: &mut Root) -> Result<(), String> {
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (k, primitive) in mesh.primitives.iter().enumerate() {
+            let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { continue };
+            let Some(accessor) = root.accessors.get_mut(index.value()) else {
+                let at = format!("meshes[{m}].primitives[{k}].attributes.POSITION");
+                return Err(format!("{at}: accessors[{}] does not exist", index.value()));
+            };
+            for bound in [&mut accessor.min, &mut accessor.max] {
+                bound.get_or_insert_with(|| serde_json::json!([0.0, 0.0, 0.0]));
+            }
+        }
+    }
+    Ok(())
 }
 
 type Split<'a> = (&'a [u8], Option<Vec<u8>>);

@@ -12,6 +12,8 @@ const AZIMUTH_DEG: f64 = 30.0;
 const ELEVATION_DEG: f64 = 22.0;
 /// Share of the content left out on each side of each axis: far-off backdrops must not shrink the subject.
 const TRIMMED: f64 = 0.01;
+/// Share of the distance that would show every corner of the content's box.
+const FILLED: f64 = 0.82;
 /// Eye separation over the nearest content's distance: 63 mm at 1.9 m. A file without cameras says nothing
 /// of its true size, so it is shown like a model held at a comfortable distance, whatever its units.
 const IPD_OVER_NEAREST: f64 = 1.0 / 30.0;
@@ -37,7 +39,8 @@ pub fn default_view(primitives: &[Primitive], instances: &[Instance]) -> View {
         distance = distance.max(needed + p.dot(back));
     }
     let size = half.length().max(1e-6);
-    let distance = distance.max(size * 0.5);
+    // The box's corners are mostly empty.
+    let distance = (distance * FILLED).max(size * 0.5);
     let position = center + back * distance;
     let nearest = samples
         .iter()

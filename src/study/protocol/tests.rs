@@ -46,12 +46,25 @@ fn observer(d: &Definition, plan: &Plan, m: &Machine) -> Box<SimulatedObserver> 
 fn drive(mut m: Machine, display: &mut dyn Display) -> Vec<(u64, Record)> {
     let mut out = Vec::new();
     let mut screen = Screen::Blank;
+    let (mut unsynced, mut showing) = (false, false);
     let mut perform = |now: u64, actions: Vec<Action>, screen: &mut Screen| {
         for action in actions {
             match action {
-                Action::Write(record) => out.push((now, record)),
-                Action::Show(next) => *screen = next,
-                Action::Sync | Action::Close(_) => {}
+                Action::Write(record) => {
+                    unsynced |= matches!(record, Record::Answer(_) | Record::Begin(_) | Record::Item(_));
+                    showing &= !matches!(record, Record::Presentation(_));
+                    out.push((now, record));
+                }
+                Action::Show(next) => {
+                    assert!(!unsynced, "{next:?} appears before the disk has what was said");
+                    showing |= matches!(next, Screen::Stimulus { .. });
+                    *screen = next;
+                }
+                Action::Sync => {
+                    assert!(!showing, "the disk is waited for while a stimulus stands");
+                    unsynced = false;
+                }
+                Action::Close(_) => {}
             }
         }
     };

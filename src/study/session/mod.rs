@@ -4,15 +4,17 @@
 //! begin (or resume) → run: wait → machine → write, sync, show → present → …
 //! ```
 
+mod header;
+mod replay;
+
 use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::journal::record::{self, Kind, Outcome, Record};
-use cyclopean_analysis::journal::{Entry, FORMAT, JournalError};
 
 use super::disk::Disk;
 use super::observer::{ObserverError, SimulatedObserver};
 use super::plan::Plan;
-use super::protocol::{Action, Machine, Misfit, Screen, Setup};
+use super::protocol::{Action, Machine, Screen, Setup};
 use super::sessions::{Place, Sessions, SessionsError};
 use super::stimulus::STIMULUS_FILES;
 use super::store::{Store, StoreError, Stored};
@@ -20,6 +22,11 @@ use super::validate::{Study, StudyError};
 use super::writer::{Durability, JournalWriter, WriterError};
 use crate::display::headless::Headless;
 use crate::display::{Display, DisplayError, DisplayInfo, StimulusFiles};
+
+pub use header::program;
+use header::{header, stimulus_record};
+use replay::Replay;
+pub use replay::{Proof, prove_order};
 
 /// A session cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
@@ -124,7 +131,13 @@ impl Session {
             return Err(SessionError::ReducedRate { measured, nominal: display.nominal_hz });
         }
         let definition = &study.definition;
-        let stored = find_all(study, store, &Plan::draw(definition, 0))?;
+        let any_plan = Plan::draw(definition, 0);
+        let stored = find_all(study, store, &any_plan)?;
+        if options.kind == Kind::Simulated {
+            // What would fail for lack of a latent quality fails before a row is reserved.
+            let inconsistency: Vec<Option<f64>> = stored.iter().map(|s| s.side_car.info.inconsistency).collect();
+            SimulatedObserver::new(definition, &any_plan, &[], participant, &inconsistency)?;
+        }
         let sessions = Sessions::new(options.disk.clone(), root, &definition.id);
         let (place, mut writer) = sessions.begin(participant, options.kind, options.durability)?;
         let plan = Plan::draw(definition, place.row);
@@ -325,16 +338,7 @@ pub fn token() -> String {
     super::hex(&sha2::Digest::finalize(hash)[..8])
 }
 
-/// The program as journals name it.
-pub fn program() -> record::Program {
-    record::Program {
-        name: env!("CARGO_PKG_NAME").to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        commit: option_env!("CYCLOPEAN_COMMIT").unwrap_or("unknown").to_owned(),
-    }
-}
-
-fn setup(study: &Study, plan: &Plan, display: &DisplayInfo) -> Setup {
+pub(super) fn setup(study: &Study, plan: &Plan, display: &DisplayInfo) -> Setup {
     Setup::new(&study.definition, plan, display.nominal_hz, display.trust, display.arcsec_per_px)
 }
 
@@ -360,172 +364,5 @@ fn find_all(study: &Study, store: &Store, plan: &Plan) -> Result<Vec<Stored>, Se
             study: study.path.clone(),
             store: store.root().to_owned(),
         }),
-    }
-}
-
-fn stimulus_record(id: u32, stored: &Stored) -> record::Stimulus {
-    let side_car = &stored.side_car;
-    record::Stimulus {
-        id,
-        key: side_car.key.clone(),
-        scene: side_car.request.scene.clone(),
-        view: side_car.request.view.clone().unwrap_or_else(|| "default".to_owned()),
-        method: side_car.request.method.clone(),
-        files: side_car.files.clone(),
-        scene_sha256: side_car.info.scene_sha256.clone(),
-        shaders_sha256: side_car.info.shaders_sha256.clone(),
-        renderer: Some(side_car.info.renderer.clone()),
-    }
-}
-
-fn header(study: &Study, place: &Place, display: &DisplayInfo, options: &Options) -> record::Header {
-    let d = &study.definition;
-    record::Header {
-        format: FORMAT,
-        study: record::Study {
-            id: d.id.clone(),
-            title: d.title.clone(),
-            sha256: study.sha256.clone(),
-            text: study.text.clone(),
-            seed: d.seed,
-        },
-        participant: place.participant.clone(),
-        session: place.session.clone(),
-        row: place.row,
-        question: d.journal_question(),
-        analysis: d.analysis.clone(),
-        program: program(),
-        display: record::Display {
-            kind: display.kind.clone(),
-            system: display.system.clone(),
-            runtime: display.runtime.clone(),
-            trust: display.trust,
-            nominal_hz: display.nominal_hz,
-            measured_hz: display.measured_hz,
-            interval_sd_ms: display.interval_sd_ms,
-            width_px: display.width_px,
-            height_px: display.height_px,
-            fov_deg: display.fov_deg,
-            ipd_m: display.ipd_m,
-            rendered_ipd_m: d.stimuli.ipd_m,
-        },
-        device: display.device.clone(),
-        os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        consent: d.consent.as_ref().map(|c| record::Consent {
-            version: c.version.clone(),
-            purpose: c.purpose.clone(),
-            retain_until: c.retain_until.clone(),
-        }),
-        frozen_sha256: options.frozen_sha256.clone(),
-    }
-}
-
-/// Feeds a journal to a machine, checking that both belong together.
-struct Replay<'a> {
-    study: &'a Study,
-    display: &'a DisplayInfo,
-    journal: &'a Path,
-    plan: Option<Plan>,
-    machine: Option<Machine>,
-    stimuli: Vec<record::Stimulus>,
-    ready: bool,
-    over: Option<Outcome>,
-}
-
-impl<'a> Replay<'a> {
-    fn new(study: &'a Study, display: &'a DisplayInfo, journal: &'a Path) -> Replay<'a> {
-        Replay { study, display, journal, plan: None, machine: None, stimuli: Vec::new(), ready: false, over: None }
-    }
-
-    fn refuse<T>(&self, what: impl Into<String>) -> Result<T, SessionError> {
-        Err(SessionError::Resume { journal: self.journal.to_owned(), what: what.into() })
-    }
-
-    fn take(&mut self, entry: Entry) -> Result<(), SessionError> {
-        match (entry.record, &mut self.plan, &mut self.machine) {
-            (Record::Header(header), ..) => self.header(&header)?,
-            (Record::Stimulus(stimulus), ..) => self.stimuli.push(stimulus),
-            (Record::Order(order), Some(plan), _) if order != plan.order => {
-                return self.refuse("its order does not follow from its study and row");
-            }
-            (Record::Planned(planned), Some(plan), _)
-                if plan.presentations.get(planned.presentation as usize) != Some(&planned) =>
-            {
-                return self.refuse("its order does not follow from its study and row");
-            }
-            (Record::Ready(_), ..) => self.ready = true,
-            (Record::End(end), ..) => self.over = Some(end.outcome),
-            (record, _, Some(machine)) if self.ready => {
-                if let Err(Misfit(what)) = machine.replay(&record) {
-                    return self.refuse(what);
-                }
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn header(&mut self, header: &record::Header) -> Result<(), SessionError> {
-        if header.study.sha256 != self.study.sha256 {
-            return self.refuse("the study file has changed since the session began; give the file of that day");
-        }
-        if (header.display.nominal_hz - self.display.nominal_hz).abs() > 0.01 {
-            let (was, is) = (header.display.nominal_hz, self.display.nominal_hz);
-            return self.refuse(format!("the session began at {was} Hz, this display has {is} Hz"));
-        }
-        let plan = Plan::draw(&self.study.definition, header.row);
-        self.machine = Some(Machine::new(setup(self.study, &plan, self.display)));
-        self.plan = Some(plan);
-        Ok(())
-    }
-}
-
-/// An order is what study and row say.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Proof {
-    pub study: String,
-    pub row: u64,
-    pub presentations: usize,
-    pub sha256: String,
-}
-
-/// Derives the order of a journal again from the study text and the row it names, and compares every presentation.
-///
-/// # Errors
-/// The journal cannot be read, or its order is another.
-pub fn prove_order(journal: &Path) -> Result<Proof, SessionError> {
-    let refuse = |what: String| SessionError::Resume { journal: journal.to_owned(), what };
-    let read = |e: JournalError| SessionError::Writer(WriterError::Journal(e));
-    let mut plan: Option<(Plan, record::Header)> = None;
-    let mut seen = 0;
-    for entry in cyclopean_analysis::journal::read(journal).map_err(read)? {
-        match entry.map_err(read)?.record {
-            Record::Header(header) => {
-                let study = super::validate::parse(journal, header.study.text.clone())?;
-                if study.sha256 != header.study.sha256 || study.definition.seed != header.study.seed {
-                    return Err(refuse("the study text in its header has another SHA-256 or seed".to_owned()));
-                }
-                plan = Some((Plan::draw(&study.definition, header.row), *header));
-            }
-            Record::Order(order) => match &plan {
-                Some((plan, _)) if plan.order == order => {}
-                _ => return Err(refuse("the order does not follow from study and row".to_owned())),
-            },
-            Record::Planned(planned) => {
-                let expected = plan.as_ref().and_then(|(p, _)| p.presentations.get(seen));
-                if expected != Some(&planned) {
-                    return Err(refuse(format!("presentation {seen} is not what study and row give: {expected:?}")));
-                }
-                seen += 1;
-            }
-            Record::Ready(_) => break,
-            _ => {}
-        }
-    }
-    match plan {
-        Some((plan, header)) if plan.presentations.len() == seen => {
-            Ok(Proof { study: header.study.id, row: header.row, presentations: seen, sha256: plan.order.sha256 })
-        }
-        _ => Err(refuse("it ends before its order is complete".to_owned())),
     }
 }

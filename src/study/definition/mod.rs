@@ -1,0 +1,159 @@
+//! The study file: everything that is fixed before the first participant. Unknown keys are refused.
+
+mod conditions;
+mod people;
+mod presentation;
+
+use cyclopean_analysis::journal::AnalysisPlan;
+use cyclopean_analysis::journal::record::{PreferenceValues, Question, ScaleOption};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use conditions::{CatchTrial, ConditionSpec, Conditions, Cross, EyeName, OrderKind, OrderSpec};
+pub use people::{ConsentText, FromInconsistency, Questionnaire, Screening, Simulation};
+pub use presentation::{Blank, Breaks, Layout, Panel, SegmentSpec, Stimuli, Task, Validity};
+
+/// A study, as written in `studies/*.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Definition {
+    /// Version of this file's form: 1.
+    #[schemars(range(min = 1, max = 1))]
+    pub format: u32,
+    /// Names the study's folder: lower-case letters, digits and `-`, 1 to 40, beginning with a letter.
+    pub id: String,
+    /// For people.
+    pub title: String,
+    /// Root of every random stream of the study. Written in JSON, so at most 2⁵³ − 1.
+    #[schemars(range(min = 0, max = 9007199254740991u64))]
+    pub seed: u64,
+    /// How many participants are planned.
+    #[schemars(range(min = 1, max = 100000))]
+    pub participants: u32,
+    /// What is asked of a presentation.
+    pub task: Task,
+    /// How the stimuli stand on the display.
+    #[serde(default)]
+    pub layout: Layout,
+    /// Shown before the practice presentations.
+    pub instructions: String,
+    /// Shown first; without agreement there is no session. None: nobody is asked (dry runs).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub consent: Option<ConsentText>,
+    /// The question on the panel.
+    pub question: String,
+    /// The words of the choices, in the order of the panel. `compare`: A, same, B.
+    pub labels: Vec<String>,
+    /// `rate`: the rating of each label, rising.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scale: Vec<i32>,
+    /// `compare`: the rating for each side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preference: Option<PreferenceValues>,
+    /// What is shown in one presentation, in order.
+    pub protocol: Vec<SegmentSpec>,
+    /// Between every two presentations, and between a presentation and its panel.
+    #[serde(default)]
+    pub blank: Blank,
+    /// The panel's patience.
+    #[serde(default)]
+    pub panel: Panel,
+    /// How the stimuli are rendered.
+    #[serde(default)]
+    pub stimuli: Stimuli,
+    /// What is compared.
+    pub conditions: Conditions,
+    /// How often each condition is shown.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 1000))]
+    pub repetitions: u32,
+    /// Shown first, in this order, never analysed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub practice: Vec<ConditionSpec>,
+    /// Presentations whose answer says whether the participant attends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub catch_trials: Vec<CatchTrial>,
+    /// In which order.
+    #[serde(default)]
+    pub order: OrderSpec,
+    /// When a break is offered.
+    #[serde(default)]
+    pub breaks: Breaks,
+    /// Who can take part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub screening: Option<Screening>,
+    /// Asked before and after.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub questionnaires: Vec<Questionnaire>,
+    /// When a presentation does not count.
+    #[serde(default)]
+    pub validity: Validity,
+    /// How simulated observers answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<Simulation>,
+    /// What will be computed.
+    #[serde(default = "plain_analysis")]
+    pub analysis: AnalysisPlan,
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn plain_analysis() -> AnalysisPlan {
+    AnalysisPlan {
+        contrasts: Vec::new(),
+        against: None,
+        test: Default::default(),
+        zeros: Default::default(),
+        alternative: Default::default(),
+        interval: Default::default(),
+        correction: Default::default(),
+        equivalence: None,
+        exclusion: None,
+        stopping: None,
+    }
+}
+
+impl Definition {
+    /// The conditions, crossed or listed, in the order of their indices.
+    pub fn conditions(&self) -> Vec<ConditionSpec> {
+        fn levels<T: Clone>(list: &[T]) -> Vec<Option<T>> {
+            if list.is_empty() { vec![None] } else { list.iter().cloned().map(Some).collect() }
+        }
+        if let Some(list) = &self.conditions.list {
+            return list.clone();
+        }
+        let Some(cross) = &self.conditions.cross else { return Vec::new() };
+        let mut out = Vec::new();
+        for scene in &cross.scene {
+            for view in levels(&cross.view) {
+                for eye in levels(&cross.eye) {
+                    for method in &cross.method {
+                        for other in levels(&cross.other) {
+                            let (scene, method) = (scene.clone(), method.clone());
+                            let (view, reference) = (view.clone(), cross.reference.clone());
+                            out.push(ConditionSpec { scene, view, eye, method, other, reference });
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// The question as the journal states it.
+    pub fn journal_question(&self) -> Question {
+        match (self.task, self.preference) {
+            (Task::Compare, Some(values)) => Question::Compare { values },
+            _ => Question::Rate {
+                options: self
+                    .scale
+                    .iter()
+                    .zip(&self.labels)
+                    .map(|(&value, label)| ScaleOption { value, label: label.clone() })
+                    .collect(),
+            },
+        }
+    }
+}

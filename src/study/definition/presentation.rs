@@ -1,0 +1,171 @@
+//! What a presentation shows, for how long, and when it counts.
+
+use std::collections::BTreeMap;
+
+use cyclopean_analysis::journal::record::Shown;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What is asked of a presentation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// One stimulus, a step of a scale.
+    Rate,
+    /// Two stimuli in turn, A, same or B.
+    Compare,
+}
+
+/// How the stimuli stand on the display.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// Each eye sees its own image.
+    #[default]
+    Stereo,
+    /// Both eyes see one flat picture: left the reference, right the test image mirrored about its vertical axis.
+    MirroredPair,
+}
+
+/// One part of a presentation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SegmentSpec {
+    /// `stimulus` in a rating, `a` or `b` in a comparison, `blank` in both.
+    pub show: Shown,
+    /// Shown for round(seconds × nominal refresh rate) frames.
+    #[schemars(range(min = 0.05, max = 3600))]
+    pub seconds: f64,
+}
+
+/// The blank frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Blank {
+    /// 0: none.
+    #[schemars(range(min = 0, max = 60))]
+    pub seconds: f64,
+    /// Displayed value (not linear), 0 black ..= 1 white.
+    #[schemars(range(min = 0, max = 1))]
+    pub grey: f64,
+    /// A cross at screen depth.
+    pub fixation: bool,
+}
+
+impl Default for Blank {
+    fn default() -> Blank {
+        Blank { seconds: 2.0, grey: 0.5, fixation: true }
+    }
+}
+
+/// The panel's patience. It never answers by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Panel {
+    /// Then it reminds.
+    #[schemars(range(min = 1, max = 3600))]
+    pub reminder_seconds: f64,
+    /// Then the session pauses.
+    #[schemars(range(min = 1, max = 3600))]
+    pub pause_seconds: f64,
+}
+
+impl Default for Panel {
+    fn default() -> Panel {
+        Panel { reminder_seconds: 30.0, pause_seconds: 120.0 }
+    }
+}
+
+/// How the stimuli are rendered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stimuli {
+    /// Pixels per eye.
+    #[schemars(range(min = 16, max = 16384))]
+    pub width_px: u32,
+    /// Pixels per eye.
+    #[schemars(range(min = 16, max = 16384))]
+    pub height_px: u32,
+    /// Distance between the eyes, metres, the same for all.
+    #[schemars(range(min = 0.02, max = 0.12))]
+    pub ipd_m: f64,
+    /// Horizontal field of view per eye, degrees; none: the view's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 10, max = 140))]
+    pub horizontal_fov_deg: Option<f64>,
+    /// On a flat display or quad: at most this wide, degrees.
+    #[schemars(range(min = 5, max = 100))]
+    pub quad_deg: f64,
+    /// Of the renderer's samples.
+    #[schemars(range(min = 0, max = 9007199254740991u64))]
+    pub seed: u64,
+    /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub samples: BTreeMap<String, u32>,
+}
+
+impl Default for Stimuli {
+    fn default() -> Stimuli {
+        Stimuli {
+            width_px: 1920,
+            height_px: 1080,
+            ipd_m: 0.063,
+            horizontal_fov_deg: None,
+            quad_deg: 70.0,
+            seed: 0,
+            samples: BTreeMap::new(),
+        }
+    }
+}
+
+/// When a break is offered; it ends when the participant says so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Breaks {
+    /// Minutes since the last one; 0: never.
+    #[schemars(range(min = 0, max = 240))]
+    pub every_minutes: f64,
+}
+
+impl Default for Breaks {
+    fn default() -> Breaks {
+        Breaks { every_minutes: 15.0 }
+    }
+}
+
+/// When a presentation does not count. It is repeated at the end of its block.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Validity {
+    /// Focus, visibility or drawing lost for longer, in all, milliseconds.
+    #[schemars(range(min = 0, max = 60000))]
+    pub lost_ms: f64,
+    /// One interval between frames is longer, milliseconds.
+    #[schemars(range(min = 1, max = 60000))]
+    pub gap_ms: f64,
+    /// The duration is off by more, percent.
+    #[schemars(range(min = 0.01, max = 100))]
+    pub duration_percent: f64,
+    /// A toggle is off by more than this and than `toggle_ms`, frames.
+    #[schemars(range(min = 0, max = 1000))]
+    pub toggle_frames: f64,
+    /// A toggle is off by more than this and than `toggle_frames`, milliseconds.
+    #[schemars(range(min = 0, max = 60000))]
+    pub toggle_ms: f64,
+    /// How often an invalid presentation is repeated; then it is missing.
+    #[schemars(range(min = 0, max = 10))]
+    pub repeats: u32,
+}
+
+impl Default for Validity {
+    fn default() -> Validity {
+        Validity {
+            lost_ms: 250.0,
+            gap_ms: 100.0,
+            duration_percent: 1.0,
+            toggle_frames: 2.0,
+            toggle_ms: 25.0,
+            repeats: 2,
+        }
+    }
+}

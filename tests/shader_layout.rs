@@ -1,0 +1,133 @@
+//! The structures of `shaders/common/shared.glsl` and `src/render/shared.rs` have the same fields at the same offsets.
+#![cfg(feature = "gpu")]
+
+use std::collections::BTreeMap;
+use std::mem::offset_of;
+
+use cyclopean::render::shaders;
+use cyclopean::render::shared::{
+    CountersData, EyeUniform, FrameUniform, InstanceData, LightData, MaterialData, TextureData, TextureSlot,
+};
+use spirq::ReflectConfig;
+use spirq::ty::Type;
+use spirq::var::Variable;
+
+type Layout = Vec<(String, usize)>;
+
+macro_rules! layout {
+    ($name:ident { $($field:ident),* $(,)? }) => {
+        (stringify!($name).to_owned(),
+         vec![$((stringify!($field).to_owned(), offset_of!($name, $field))),*])
+    };
+}
+
+fn host() -> BTreeMap<String, Layout> {
+    BTreeMap::from([
+        layout!(EyeUniform { clip_from_render, view_from_render, render_from_view, tangents, position_near, stream }),
+        layout!(FrameUniform {
+            eyes,
+            size,
+            seed,
+            frame,
+            ray_roughness_limit,
+            delta_roughness,
+            open_mesh_thickness,
+            edge_fade,
+            ray_length,
+            exposure,
+            light_count,
+            max_steps,
+            fallback,
+            specular_levels,
+            firefly,
+            reserved,
+        }),
+        layout!(LightData {
+            position,
+            kind,
+            direction,
+            range,
+            color,
+            cos_inner,
+            cos_outer,
+            reserved0,
+            reserved1,
+            reserved2,
+        }),
+        layout!(TextureSlot { row_u, row_v, texture_index, uv_set, reserved0, reserved1 }),
+        layout!(MaterialData {
+            base_color,
+            emissive,
+            metallic,
+            dielectric_f0,
+            roughness,
+            normal_scale,
+            alpha_cutoff,
+            transmission,
+            double_sided,
+            slots,
+        }),
+        layout!(InstanceData { render_from_object, normal_matrix, material, first_vertex, first_index, closed }),
+        layout!(TextureData { offset, width, height, flags }),
+        layout!(CountersData {
+            nan,
+            inf,
+            clamped,
+            rays,
+            hits,
+            sky,
+            left_view,
+            behind,
+            back_facing,
+            budget,
+            below_horizon,
+            steps,
+        }),
+    ])
+}
+
+/// Every structure below a type, by name, with its array stride where it lies in an array.
+fn collect(ty: &Type, found: &mut BTreeMap<String, Vec<(Layout, Option<usize>)>>, stride: Option<usize>) {
+    match ty {
+        Type::Struct(s) => {
+            let fields = s.members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset.unwrap_or(usize::MAX)));
+            found.entry(s.name.clone().unwrap_or_default()).or_default().push((fields.collect(), stride));
+            for member in &s.members {
+                collect(&member.ty, found, None);
+            }
+        }
+        Type::Array(a) => collect(&a.element_ty, found, a.stride),
+        _ => {}
+    }
+}
+
+#[test]
+fn host_and_shaders_agree_on_every_offset() {
+    let mut found = BTreeMap::new();
+    for shader in shaders::ALL {
+        let words = shader.words().into_owned();
+        let points = ReflectConfig::new().spv(words).ref_all_rscs(true).reflect().expect("valid SPIR-V");
+        for variable in points.iter().flat_map(|p| &p.vars) {
+            if let Variable::Descriptor { ty, .. } = variable {
+                collect(ty, &mut found, None);
+            }
+        }
+    }
+    let strides = BTreeMap::from([
+        ("EyeUniform", size_of::<EyeUniform>()),
+        ("LightData", size_of::<LightData>()),
+        ("TextureSlot", size_of::<TextureSlot>()),
+        ("MaterialData", size_of::<MaterialData>()),
+        ("InstanceData", size_of::<InstanceData>()),
+        ("TextureData", size_of::<TextureData>()),
+    ]);
+    for (name, layout) in host() {
+        let in_shaders = found.get(&name).unwrap_or_else(|| panic!("no shader uses {name}: remove it on both sides"));
+        for (fields, stride) in in_shaders {
+            assert_eq!(fields, &layout, "{name}");
+            if let (Some(stride), Some(size)) = (stride, strides.get(name.as_str())) {
+                assert_eq!(stride, size, "array stride of {name}");
+            }
+        }
+    }
+}
