@@ -29,6 +29,8 @@ pub struct Needs {
     pub rays: bool,
     /// Depth pyramid, screen-space march, resolve.
     pub screen_space: bool,
+    /// A probe stands in for unknown rays.
+    pub probe: bool,
     /// The reference's passes.
     pub path_trace: bool,
     /// A surface too rough for rays, or a fallback, looks up the prefiltered environment.
@@ -74,6 +76,12 @@ impl Needs {
                 parts.never(name, "the method asks the scene's geometry");
             }
         }
+        let probe = match (screen, fallback) {
+            (true, Fallback::Probe) => {
+                parts.needed("probe", rays, "unknown rays see the scene's probe", "no surface traces a ray")
+            }
+            _ => parts.never("probe", "nothing falls back to a probe"),
+        };
         if screen {
             parts.never("path_trace", "the method asks the views");
         } else {
@@ -94,6 +102,7 @@ impl Needs {
             back_faces,
             rays,
             screen_space: screen && rays,
+            probe,
             path_trace: !screen && rays,
             specular_environment,
             parts,
@@ -128,6 +137,12 @@ impl Parts {
         let runs = needed || self.all;
         self.list.push(Part { name, runs, why });
         runs
+    }
+
+    /// Runs when it is needed; forcing it on would bring nothing that is looked at.
+    fn needed(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
+        self.list.push(Part { name, runs: needed, why: if needed { yes } else { no }.to_owned() });
+        needed
     }
 
     fn always(&mut self, name: &'static str) {

@@ -19,12 +19,13 @@ use super::lighting::LightingPass;
 use super::method::Method;
 use super::needs::{Needs, Part};
 use super::path_trace::PathTracePass;
+use super::probe::probe;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
 use super::shared::CountersData;
 use super::targets::Targets;
 use super::trace::TracePass;
-use super::upload::SceneResources;
+use super::upload::{EnvironmentMaps, SceneResources};
 
 /// A picture could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -77,6 +78,7 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: SceneResources,
     rays: Option<RayScene>,
+    probe: Option<EnvironmentMaps>,
 }
 
 /// The passes of a frame, made for its needs.
@@ -102,7 +104,7 @@ impl Renderer {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = SceneResources::new(gpu, &scene)?;
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None })
+        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None })
     }
 
     /// The scene it was made for.
@@ -125,18 +127,24 @@ impl Renderer {
         let targets = Targets::new(&self.gpu, settings, &needs, method)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
         let passes = self.passes(&needs, settings, method)?;
-        if needs.path_trace && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
+        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
+        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
             let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
             if rays.halvings > 0 {
                 tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
             }
             self.rays = Some(rays);
         }
+        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &self.rays) {
+            self.probe = Some(probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?);
+        }
+        // Only where the settings ask for it: an earlier picture's probe is kept, not looked at.
+        let fallback = self.probe.as_ref().filter(|_| needs.probe).unwrap_or(&self.resources.environment);
         let (mut times, mut frame_ms) = (Vec::new(), Vec::new());
         let warm_up = u32::from(frames > 1);
         for number in 0..frames.max(1) + warm_up {
             let start = Instant::now();
-            let time = self.frame(&passes, &context, &targets, samples, progress)?;
+            let time = self.frame(&passes, &context, &targets, fallback, samples, progress)?;
             if number >= warm_up {
                 frame_ms.push(start.elapsed().as_secs_f64() * 1e3);
                 times.push(by_name(time));
@@ -185,7 +193,7 @@ impl Renderer {
                 )),
             },
             path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,
-            composite: CompositePass::new(gpu, needs)?,
+            composite: CompositePass::new(gpu, needs, method)?,
         })
     }
 
@@ -194,6 +202,7 @@ impl Renderer {
         passes: &Passes,
         context: &Context,
         targets: &Targets,
+        fallback: &EnvironmentMaps,
         samples: u32,
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
     ) -> Result<Vec<PassTime>, RenderError> {
@@ -219,7 +228,7 @@ impl Renderer {
                         frame = Frame::begin(&self.gpu)?;
                     }
                     trace.record(&mut frame, context, &targets.gbuffer, list, out, sample)?;
-                    resolve.record(&mut frame, resources, context, targets, (sample, samples))?;
+                    resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
                 }
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {

@@ -46,10 +46,10 @@ pub struct FrameUniform {
     pub max_steps: u32,
     /// 0 black, 1 the specular map.
     pub fallback: u32,
-    pub specular_levels: u32,
     /// 1: tone-mapped weights in the resolve.
     pub firefly: u32,
-    pub reserved: u32,
+    pub reserved0: u32,
+    pub reserved1: u32,
 }
 
 /// A punctual light.
