@@ -3,6 +3,8 @@
 // Spatial reuse over 5×5 pixels as a ratio estimator with the BRDF in it (Stachowiak 2015):
 // L = Σ L_i·f_i·cos_i/p_i / Σ f_i·cos_i/p_i, per channel, times the lobe's own albedo F0·A + B.
 // Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
+// With REPROJECT (paper §4.3) the taps are shared with the other eye's pixel that shows the same reflection: half of
+// the pattern from each eye, the same set for both, so that their noise is the same.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -11,6 +13,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RADIUS = 2u;
 // 1: several samples a pixel, summed over dispatches in one ratio.
 layout(constant_id = 1) const uint SUMS = 0u;
+layout(constant_id = 2) const uint REPROJECT = 0u;
 
 layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
@@ -31,85 +34,115 @@ layout(binding = 15, rgba32f) uniform image2DArray sum_image;
 layout(binding = 16, rgba32f) uniform image2DArray weight_image;
 layout(push_constant) uniform Constants { uint first; uint last; };
 
-#include "common/camera.glsl"
-#include "common/hit.glsl"
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
+#include "common/pair.glsl"
 #include "common/shade.glsl"
 #include "common/store.glsl"
 
-// Same surface for the purpose of reuse: cosine between normals, distance from the plane relative to the view's.
-const float LEAST_COSINE = 0.9;
-const float PLANE_TOLERANCE = 0.01;
+struct Sums {
+    vec3 light;      // Σ w·c·L
+    vec3 known;      // Σ w·c
+    vec2 shares;     // Σ w·c and Σ w as luminances
+};
+
+// A neighbour's hit that may stand in for p's.
+struct Tap {
+    bool usable;
+    vec3 from;       // where its ray starts
+    uvec4 word;
+};
+
+Tap load_tap(Pixel p, ivec3 texel) {
+    Tap tap = Tap(false, p.position, uvec4(0u));
+    if (texel != p.texel) {
+        if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, ivec2(frame.size)))) return tap;
+        if (texelFetch(instance_image, texel, 0).x != p.instance) return tap;
+        uvec4 packed = texelFetch(surface_image, texel, 0);
+        float r = unpack_roughness(packed);
+        if (r > frame.ray_roughness_limit || (r < frame.delta_roughness) != is_mirror(p.surface)) return tap;
+        if (dot(unpack_direction(packed.x), p.surface.normal) < LEAST_COSINE) return tap;
+        tap.from = render_position(texel.z, vec2(texel.xy) + 0.5, texelFetch(depth_image, texel, 0).x);
+        if (abs(dot(tap.from - p.position, p.surface.face_normal)) > PLANE_TOLERANCE * p.distance) return tap;
+    }
+    tap.word = texelFetch(hit_image, texel, 0);
+    tap.usable = hit_status(tap.word) != NOTHING;
+    return tap;
+}
+
+void add(inout Sums sums, Pixel p, Tap tap) {
+    Hit h = unpack_hit(tap.word);
+    vec3 l = h.direction;
+    float pdf = h.pdf;
+    if (h.status == HIT) {
+        vec3 to_hit = tap.from + h.direction * h.distance - p.position;
+        l = normalize_or(to_hit, l);
+        // Between the eyes the reflecting points lie further apart than between neighbours: the density over solid
+        // angle changes with the distance to what both see.
+        if (REPROJECT != 0u && !is_mirror(p.surface)) {
+            pdf *= clamp(dot(to_hit, to_hit) / max(square(h.distance), 1e-12), 0.25, 4.0);
+        }
+    }
+    if (dot(l, p.surface.face_normal) <= 0.0) return;
+    vec3 w = reflection_weight(p.surface, p.v, l, pdf);
+    vec3 radiance = vec3(0.0);
+    if (h.status == HIT) {
+        ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
+        radiance = texelFetch(radiance_image, ivec3(at, h.eye), 0).rgb;
+    } else if (h.status == SKY) {
+        radiance = environment_radiance(h.direction);
+    }
+    if (frame.firefly != 0u) w /= 1.0 + luminance(radiance);
+    sums.light += w * h.confidence * radiance;
+    sums.known += w * h.confidence;
+    sums.shares += luminance(w) * vec2(h.confidence, 1.0);
+}
 
 void main() {
     ivec3 texel;
     if (!listed_pixel(texel)) return;
-    uint eye = uint(texel.z);
-    float depth = texelFetch(depth_image, texel, 0).x;
-    uint instance = texelFetch(instance_image, texel, 0).x;
-    Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
-    vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
-    vec3 v = normalize(eye_position(eye) - position);
-    float plane_tolerance = PLANE_TOLERANCE * view_distance(eye, depth);
-    bool mirror = is_mirror(s);
+    Pixel p = load_pixel(texel);
+    bool mirror = is_mirror(p.surface);
     int radius = mirror ? 0 : int(RADIUS);
+    ivec3 pair = ivec3(0);
+    bool paired = REPROJECT != 0u && find_pair(p, pair);
 
-    vec3 sum = vec3(0.0);         // Σ w·c·L
-    vec3 known = vec3(0.0);       // Σ w·c
-    vec2 shares = vec2(0.0);      // Σ w·c and Σ w as luminances
+    Sums sums = Sums(vec3(0.0), vec3(0.0), vec2(0.0));
     for (int y = -radius; y <= radius; ++y) {
         for (int x = -radius; x <= radius; ++x) {
-            ivec3 tap = texel + ivec3(x, y, 0);
-            if (any(lessThan(tap.xy, ivec2(0))) || any(greaterThanEqual(tap.xy, ivec2(frame.size)))) continue;
-            vec3 from = position;
-            if (x != 0 || y != 0) {
-                if (texelFetch(instance_image, tap, 0).x != instance) continue;
-                uvec4 packed = texelFetch(surface_image, tap, 0);
-                float r = unpack_roughness(packed);
-                if (r > frame.ray_roughness_limit || r < frame.delta_roughness) continue;
-                if (dot(unpack_direction(packed.x), s.normal) < LEAST_COSINE) continue;
-                from = render_position(eye, vec2(tap.xy) + 0.5, texelFetch(depth_image, tap, 0).x);
-                if (abs(dot(from - position, s.face_normal)) > plane_tolerance) continue;
+            if (paired && (x + y & 1) != 0) continue;
+            Tap own = load_tap(p, texel + ivec3(x, y, 0));
+            if (paired) {
+                Tap other = load_tap(p, pair + ivec3(x, y, 0));
+                // What one eye knows fills what the other does not. A mirror needs no more than that.
+                if (other.usable && own.usable) {
+                    if (known(other.word) && !known(own.word)) own.usable = false;
+                    else if (mirror || known(own.word) && !known(other.word)) other.usable = false;
+                }
+                if (other.usable) add(sums, p, other);
             }
-            uvec4 word = texelFetch(hit_image, tap, 0);
-            if (hit_status(word) == NOTHING) continue;
-            Hit h = unpack_hit(word);
-            vec3 l = h.direction;
-            if (h.status == HIT && (x != 0 || y != 0)) l = normalize_or(from + h.direction * h.distance - position, l);
-            if (dot(l, s.face_normal) <= 0.0) continue;
-            vec3 w = reflection_weight(s, v, l, h.pdf);
-            vec3 radiance = vec3(0.0);
-            if (h.status == HIT) {
-                ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
-                radiance = texelFetch(radiance_image, ivec3(at, h.eye), 0).rgb;
-            } else if (h.status == SKY) {
-                radiance = environment_radiance(h.direction);
-            }
-            if (frame.firefly != 0u) w /= 1.0 + luminance(radiance);
-            sum += w * h.confidence * radiance;
-            known += w * h.confidence;
-            shares += luminance(w) * vec2(h.confidence, 1.0);
+            if (own.usable) add(sums, p, own);
         }
     }
     if (SUMS != 0u) {
         if (first == 0u) {
             vec4 earlier_sum = imageLoad(sum_image, texel), earlier_weight = imageLoad(weight_image, texel);
-            sum += earlier_sum.rgb;
-            known += earlier_weight.rgb;
-            shares += vec2(earlier_sum.a, earlier_weight.a);
+            sums.light += earlier_sum.rgb;
+            sums.known += earlier_weight.rgb;
+            sums.shares += vec2(earlier_sum.a, earlier_weight.a);
         }
-        imageStore(sum_image, texel, vec4(sum, shares.x));
-        imageStore(weight_image, texel, vec4(known, shares.y));
+        imageStore(sum_image, texel, vec4(sums.light, sums.shares.x));
+        imageStore(weight_image, texel, vec4(sums.known, sums.shares.y));
         if (last == 0u) return;
     }
-    float confidence = shares.y > 0.0 ? shares.x / shares.y : 0.0;
+    float confidence = sums.shares.y > 0.0 ? sums.shares.x / sums.shares.y : 0.0;
     // Where a channel has hardly any weight, the ratio of luminances is the steadier one.
-    vec3 ratio = sum / max(known, vec3(1e-6));
-    if (any(lessThan(known, vec3(1e-6)))) ratio = vec3(luminance(sum) / max(luminance(known), 1e-12));
-    if (shares.x <= 0.0) ratio = vec3(0.0);
-    float nv = max(dot(s.normal, v), 1e-4);
-    vec3 fallback = frame.fallback != 0u ? environment_specular(reflect(-v, s.normal), s.roughness) : vec3(0.0);
-    vec3 radiance = mix(fallback, ratio, confidence) * specular_albedo(s.f0, nv, s.roughness);
+    vec3 ratio = sums.light / max(sums.known, vec3(1e-6));
+    if (any(lessThan(sums.known, vec3(1e-6)))) ratio = vec3(luminance(sums.light) / max(luminance(sums.known), 1e-12));
+    if (sums.shares.x <= 0.0) ratio = vec3(0.0);
+    float nv = max(dot(p.surface.normal, p.v), 1e-4);
+    vec3 fallback = vec3(0.0);
+    if (frame.fallback != 0u) fallback = environment_specular(reflect(-p.v, p.surface.normal), p.surface.roughness);
+    vec3 radiance = mix(fallback, ratio, confidence) * specular_albedo(p.surface.f0, nv, p.surface.roughness);
     imageStore(reflection_image, texel, vec4(storable(radiance), confidence));
 }

@@ -2,12 +2,11 @@
 //!
 //! The last for longer: `CYCLOPEAN_KILLS=1000 cargo test --no-default-features --test crashes killed`.
 
-mod common;
+mod lab;
 
 use std::path::Path;
 use std::time::Duration;
 
-use common::{Lab, rate, stderr};
 use cyclopean::study::disk::Disk;
 use cyclopean::study::random::Stream;
 use cyclopean::study::session::{Options, SessionError, simulate};
@@ -16,6 +15,7 @@ use cyclopean::study::writer::{Durability, WriterError};
 use cyclopean::study::{recover, validate};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, JournalError, Verifier, collect};
+use lab::{Lab, rate, stderr};
 
 fn options(disk: Disk) -> Options {
     Options { disk, ..Options::new(Kind::Simulated) }

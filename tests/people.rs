@@ -1,14 +1,14 @@
 //! What a person can do in a session, through the same door: pause, skip, decline, quit, leave.
 
-mod common;
+mod lab;
 
-use common::{Lab, rate, stderr};
 use cyclopean::display::headless::Headless;
 use cyclopean::study::observer::{Observer, SimulatedObserver};
 use cyclopean::study::protocol::{Input, Page, Screen};
 use cyclopean::study::session::{Ended, Options, Session};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
+use lab::{Lab, rate, stderr};
 
 /// Answers as simulated, but for what `acts` says of a screen.
 struct Person<F> {

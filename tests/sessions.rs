@@ -1,13 +1,13 @@
 //! Whole sessions through the real program: prepared stimuli → run → journal → votes.
 
-mod common;
+mod lab;
 
 use std::process::Stdio;
 
-use common::{Lab, Painter, rate, stderr};
 use cyclopean::study::session;
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
+use lab::{Lab, Painter, rate, stderr};
 
 #[test]
 fn a_simulated_session_runs_to_the_end_and_its_votes_come_back() {

@@ -23,7 +23,15 @@ macro_rules! layout {
 
 fn host() -> BTreeMap<String, Layout> {
     BTreeMap::from([
-        layout!(EyeUniform { clip_from_render, view_from_render, render_from_view, tangents, position_near, stream }),
+        layout!(EyeUniform {
+            clip_from_render,
+            view_from_render,
+            ray_first,
+            ray_across,
+            ray_down,
+            position_near,
+            stream,
+        }),
         layout!(FrameUniform {
             eyes,
             size,

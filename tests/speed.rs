@@ -1,20 +1,20 @@
 //! Figures, not verdicts; run by hand:
 //! `cargo test --release --no-default-features --test speed -- --ignored --nocapture --test-threads 1`
 
-mod common;
+mod lab;
 
 use std::time::Instant;
 
-use common::Lab;
 use cyclopean::study::session::{Options, simulate};
 use cyclopean::study::writer::Durability;
 use cyclopean_analysis::journal::record::Kind;
 use cyclopean_analysis::journal::{self, collect};
+use lab::Lab;
 
 fn many(conditions: usize, repetitions: u32) -> serde_json::Value {
     let scenes: Vec<String> = (0..conditions / 2).map(|i| format!("scene-{i}")).collect();
     let names: Vec<&str> = scenes.iter().map(String::as_str).collect();
-    let mut study = common::rate(&names, repetitions);
+    let mut study = lab::rate(&names, repetitions);
     study["breaks"] = serde_json::json!({"every_minutes": 0});
     study
 }

@@ -1,10 +1,9 @@
 //! Study files: the schema, what is refused and how, the shipped studies, preparation, and freezing.
 
-mod common;
+mod lab;
 
 use std::path::Path;
 
-use common::{Lab, Painter, rate, stderr};
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::session::{Options, simulate};
 use cyclopean::study::stimulus::Catalogue;
@@ -13,6 +12,7 @@ use cyclopean::study::writer::Durability;
 use cyclopean::study::{Plan, schema, validate};
 use cyclopean_analysis::journal::collect;
 use cyclopean_analysis::journal::record::{Kind, Purpose, Record, Side};
+use lab::{Lab, Painter, rate, stderr};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 

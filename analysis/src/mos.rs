@@ -229,7 +229,8 @@ fn row(
     let units: Vec<f64> = tallies.iter().map(|t| t.mean()).collect();
     let single = tallies.iter().all(|t| t.n == 1);
     let mut counts: BTreeMap<Score, u64> = BTreeMap::new();
-    if let Some(s) = scale {
+    // The empty steps of a short scale are worth seeing; those of a slider are not.
+    if let Some(s) = scale.filter(|s| s.high - s.low <= 10.0) {
         for step in s.low as i64..=s.high as i64 {
             counts.insert(Score(step * UNIT), 0);
         }

@@ -19,6 +19,9 @@ fn close(a: Option<f64>, b: Option<f64>) -> bool {
 }
 
 proptest! {
+    // A failing case is printed; there is no source file beside an integration test to keep it in.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn d_and_minus_d_mirror(d in proptest::collection::vec(-6i32..=6, 1..60), rule in zeros(), correction: bool) {
         let d: Vec<f64> = d.into_iter().map(f64::from).collect();
@@ -81,6 +84,17 @@ fn the_upper_tail_with_half_ranks_is_whole() {
     for d in [&d[..], &mirrored] {
         assert_eq!(run(d, Zeros::Wilcox, Alternative::TwoSided, false).p_exact, Some(0.03125));
     }
+}
+
+#[test]
+fn no_p_is_zero() {
+    let d: Vec<f64> = (1..=5000).map(f64::from).collect();
+    let r = signed_rank(&d, &Options { alternative: Alternative::Greater, ..Options::default() }).unwrap();
+    assert!(r.z.unwrap() > 60.0 && r.p_asymptotic.unwrap() > 0.0);
+    let r = run(&d[..1500], Zeros::Wilcox, Alternative::TwoSided, false);
+    assert!(r.p_exact.unwrap() > 0.0 && r.p_exact.unwrap() < 1e-300);
+    // All 500 signs agree: exactly 2·2⁻⁵⁰⁰.
+    assert_eq!(run(&d[..500], Zeros::Wilcox, Alternative::TwoSided, false).p_exact, Some(0.5f64.powi(499)));
 }
 
 #[test]

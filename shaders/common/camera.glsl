@@ -2,32 +2,26 @@
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
-// Direction through a point of the image (pixels), scaled so that z = −1 in the eye's view space.
-vec3 view_ray(uint eye, vec2 pixel) {
-    vec4 t = frame.eyes[eye].tangents;
-    vec2 uv = pixel / vec2(frame.size);
-    return vec3(mix(t.x, t.y, uv.x), mix(t.w, t.z, uv.y), -1.0);
+// Direction through a point of the image (pixels), scaled to distance 1 along the view's axis.
+vec3 scaled_ray(uint eye, vec2 pixel) {
+    return frame.eyes[eye].ray_first.xyz + pixel.x * frame.eyes[eye].ray_across.xyz + pixel.y * frame.eyes[eye].ray_down.xyz;
 }
 
 // Unit length, render space.
-vec3 pixel_direction(uint eye, vec2 pixel) {
-    return normalize(mat3(frame.eyes[eye].render_from_view) * view_ray(eye, pixel));
-}
+vec3 pixel_direction(uint eye, vec2 pixel) { return normalize(scaled_ray(eye, pixel)); }
 
-// Distance along −Z of a raw depth.
+// Distance along the view's axis of a raw depth.
 float view_distance(uint eye, float depth) { return frame.eyes[eye].position_near.w / depth; }
 
 vec3 render_position(uint eye, vec2 pixel, float depth) {
-    vec3 view = view_ray(eye, pixel) * view_distance(eye, depth);
-    return (frame.eyes[eye].render_from_view * vec4(view, 1.0)).xyz;
+    return frame.eyes[eye].position_near.xyz + scaled_ray(eye, pixel) * view_distance(eye, depth);
 }
 
 vec3 eye_position(uint eye) { return frame.eyes[eye].position_near.xyz; }
 
 // Width of a pixel at distance 1.
 float pixel_size(uint eye) {
-    vec4 t = frame.eyes[eye].tangents;
-    return max((t.y - t.x) / float(frame.size.x), (t.w - t.z) / float(frame.size.y));
+    return max(length(frame.eyes[eye].ray_across.xyz), length(frame.eyes[eye].ray_down.xyz));
 }
 
 // Where a reflection ray starts: off the plane by what half a pixel of it can rise above its centre's depth.

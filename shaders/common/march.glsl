@@ -17,28 +17,37 @@ struct Segment {
     vec3 delta;      // to its end
     float w_start;   // clip w at both ends
     float w_end;
-    float s_end;     // world fraction of the ray at the end
+    float s_start;   // world fractions of the ray at both ends
+    float s_end;
     uint end;
+    bool inside;     // the start lies inside the view
 };
 
-// Clips in homogeneous space, before anything is divided: a ray towards the eye crosses w = 0.
-// a, b: the ray's ends in clip space, a inside the view; near: the near plane's distance.
-Segment clip_segment(vec4 a, vec4 b, float near, vec2 size) {
+// The part of a ray from world fraction `s_start` on that this eye sees. Clips in homogeneous space, before anything
+// is divided: a ray towards the eye crosses w = 0. World fractions are linear in clip space, so they mean the same
+// point for both eyes, whatever their frusta and turns; screen fractions do not.
+// a, b: the ray's ends in clip space; near: the near plane's distance.
+Segment clip_segment(vec4 a, vec4 b, float s_start, float near, vec2 size) {
+    a = mix(a, b, s_start);
     float from[5] = float[5](a.w + a.x, a.w - a.x, a.w + a.y, a.w - a.y, a.w - near);
     float to[5] = float[5](b.w + b.x, b.w - b.x, b.w + b.y, b.w - b.y, b.w - near);
     Segment s;
-    s.s_end = 1.0;
     s.end = END_FAR;
+    s.inside = true;
+    float f_end = 1.0;
     for (int i = 0; i < 5; ++i) {
+        s.inside = s.inside && from[i] >= 0.0;
         if (to[i] < 0.0) {
             float f = clamp(from[i] / (from[i] - to[i]), 0.0, 1.0);
-            if (f < s.s_end) {
-                s.s_end = f;
+            if (f < f_end) {
+                f_end = f;
                 s.end = i == 4 ? END_NEAR : END_SIDE;
             }
         }
     }
-    vec4 c = mix(a, b, s.s_end);
+    vec4 c = mix(a, b, f_end);
+    s.s_start = s_start;
+    s.s_end = mix(s_start, 1.0, f_end);
     s.w_start = a.w;
     s.w_end = c.w;
     // Raw depth is near/w exactly; x and y from the clip coordinates.
@@ -48,11 +57,14 @@ Segment clip_segment(vec4 a, vec4 b, float near, vec2 size) {
 }
 
 // World fraction of the ray at screen fraction t of its segment.
-float world_fraction(Segment s, float t) { return s.s_end * t * s.w_start / (s.w_end - t * (s.w_end - s.w_start)); }
+float world_fraction(Segment s, float t) {
+    return mix(s.s_start, s.s_end, t * s.w_start / (s.w_end - t * (s.w_end - s.w_start)));
+}
 
 const uint MARCH_HIT = 0u;
 const uint MARCH_END = 1u;      // came to the segment's end
 const uint MARCH_BUDGET = 2u;   // ran out of steps: unknown
+const uint MARCH_BEHIND = 3u;   // stopped where it went behind matter
 
 struct March {
     uint result;
@@ -61,7 +73,9 @@ struct March {
     uint steps;
 };
 
-March march(Segment s, uint eye, uint max_steps) {
+// `leave`: step out of the start's own pixel first, for a ray that starts on a surface.
+// `stop_behind`: stop where the ray goes behind matter, instead of going on behind it.
+March march(Segment s, uint eye, uint max_steps, bool leave, bool stop_behind) {
     // A fraction of a cell across each boundary, so that the next cell is the next.
     const float NUDGE = 1.0 / 256.0;
     March m = March(MARCH_END, 0.0, false, 0u);
@@ -69,9 +83,9 @@ March march(Segment s, uint eye, uint max_steps) {
     vec2 inverse = vec2(abs(d.x) > 1e-12 ? 1.0 / d.x : FLT_MAX, abs(d.y) > 1e-12 ? 1.0 / d.y : FLT_MAX);
     vec2 side = vec2(d.x < 0.0 ? 0.0 : 1.0, d.y < 0.0 ? 0.0 : 1.0);
     vec2 nudge = vec2(d.x < 0.0 ? -NUDGE : NUDGE, d.y < 0.0 ? -NUDGE : NUDGE);
-    // Out of the own pixel first: a ray that does not leave it ends there.
+    // A ray that does not leave its own pixel ends there.
     vec2 bounds = (floor(s.start.xy) + side + nudge - s.start.xy) * inverse;
-    m.t = max(min(bounds.x, bounds.y), 0.0);
+    if (leave) m.t = max(min(bounds.x, bounds.y), 0.0);
     int level = 0;
     while (m.t < 1.0) {
         if (m.steps >= max_steps) {
@@ -91,6 +105,10 @@ March march(Segment s, uint eye, uint max_steps) {
             level = min(level + 1, TOP_LEVEL);
         } else if (max(z0, z1) < range.y) {
             m.behind = true;
+            if (stop_behind) {
+                m.result = MARCH_BEHIND;
+                return m;
+            }
             m.t = t_exit;
             level = min(level + 1, TOP_LEVEL);
         } else if (level > 0) {

@@ -2,6 +2,8 @@
 #ifndef RAY_LIST_GLSL
 #define RAY_LIST_GLSL
 
+uint pack_pixel(ivec3 texel) { return uint(texel.x) | uint(texel.y) << 14 | uint(texel.z) << 28; }
+
 bool listed_pixel(out ivec3 texel) {
     uint index = gl_GlobalInvocationID.x;
     if (index >= arguments[3]) return false;

@@ -5,8 +5,9 @@
 struct EyeUniform {
     mat4 clip_from_render;  // reverse-Z, infinite far plane; y up
     mat4 view_from_render;
-    mat4 render_from_view;
-    vec4 tangents;          // of the frustum's sides: left, right, down, up (left and down negative)
+    vec4 ray_first;         // direction through the image's top-left corner, scaled to distance 1 along the view
+    vec4 ray_across;        // what a pixel to the right adds
+    vec4 ray_down;          // what a pixel down adds
     vec4 position_near;     // xyz: the eye in render space, metres; w: near plane, metres
     uvec4 stream;           // x: token of the eye's random stream
 };

@@ -29,8 +29,7 @@ impl ClassifyPass {
         gbuffer: &GBuffer,
         out: &RayList,
     ) -> Result<(), GpuError> {
-        // No rays yet, in 0×1×1 groups.
-        frame.write_words(&out.arguments, &[0, 1, 1, 0]);
+        out.clear(frame);
         frame
             .compute(&self.pass)
             .read_buffer(&context.frame)

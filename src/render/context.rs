@@ -85,6 +85,8 @@ fn frame_uniform(scene: &Scene, maps: &EnvironmentMaps, camera: &StereoCamera, s
         let e = camera.eye(eye);
         let view_from_render = e.view_from_relative(head);
         let p = (e.position - head).as_vec3();
+        let [left, right, down, up] = [e.fov.left_rad, e.fov.right_rad, e.fov.down_rad, e.fov.up_rad].map(f64::tan);
+        let direction = |view: DVec3| (e.world_from_view * view).as_vec3().extend(0.0).to_array();
         let token = match settings.streams {
             Streams::Independent => eye.layer() as u32,
             Streams::Shared => 0,
@@ -92,8 +94,9 @@ fn frame_uniform(scene: &Scene, maps: &EnvironmentMaps, camera: &StereoCamera, s
         EyeUniform {
             clip_from_render: (e.clip_from_view() * view_from_render).to_cols_array(),
             view_from_render: view_from_render.to_cols_array(),
-            render_from_view: view_from_render.inverse().to_cols_array(),
-            tangents: [e.fov.left_rad, e.fov.right_rad, e.fov.down_rad, e.fov.up_rad].map(|a| a.tan() as f32),
+            ray_first: direction(DVec3::new(left, up, -1.0)),
+            ray_across: direction(DVec3::new((right - left) / f64::from(settings.width), 0.0, 0.0)),
+            ray_down: direction(DVec3::new(0.0, (down - up) / f64::from(settings.height), 0.0)),
             position_near: [p.x, p.y, p.z, e.near_m as f32],
             stream: [token, 0, 0, 0],
         }

@@ -25,23 +25,50 @@ struct Base {
     about: &'static str,
     answer: Answer,
     back_faces: bool,
+    other_eye: bool,
+    stereo_fade: bool,
+    reprojection: bool,
     samples: u32,
 }
 
+/// The baseline; the others say where they differ.
+const SSSR: Base = Base {
+    name: "sssr",
+    about: "stochastic screen-space reflections, each eye for itself (the baseline)",
+    answer: Answer::ScreenSpace,
+    back_faces: true,
+    other_eye: false,
+    stereo_fade: false,
+    reprojection: false,
+    samples: 1,
+};
+
+/// All three parts of the paper's §4.
+const STEREO: Base = Base {
+    name: "stereo",
+    about: "stereo-consistent: traversal, fade and reprojection know both eyes",
+    other_eye: true,
+    stereo_fade: true,
+    reprojection: true,
+    ..SSSR
+};
+
 const BASES: &[Base] = &[
+    SSSR,
+    STEREO,
+    Base { name: "stereo-no-traversal", about: "stereo without the other eye's traversal", other_eye: false, ..STEREO },
+    Base { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
     Base {
-        name: "sssr",
-        about: "stochastic screen-space reflections, each eye for itself (the baseline)",
-        answer: Answer::ScreenSpace,
-        back_faces: true,
-        samples: 1,
+        name: "stereo-no-reprojection",
+        about: "stereo without reuse between the eyes",
+        reprojection: false,
+        ..STEREO
     },
     Base {
         name: "sssr-thickness",
         about: "the baseline without back faces: every mesh is as thick as an open one",
-        answer: Answer::ScreenSpace,
         back_faces: false,
-        samples: 1,
+        ..SSSR
     },
     Base {
         name: "path-traced",
@@ -49,6 +76,7 @@ const BASES: &[Base] = &[
         answer: Answer::PathTraced,
         back_faces: false,
         samples: 1024,
+        ..SSSR
     },
 ];
 
@@ -103,6 +131,21 @@ impl Method {
     /// Closed meshes are as thick as their back faces say.
     pub fn back_faces(&self) -> bool {
         self.base.back_faces
+    }
+
+    /// Rays that leave their eye's view go on in the other one's (paper §4.1).
+    pub fn other_eye(&self) -> bool {
+        self.base.other_eye
+    }
+
+    /// Both eyes fade alike (paper §4.2).
+    pub fn stereo_fade(&self) -> bool {
+        self.base.stereo_fade
+    }
+
+    /// Samples are shared between the eyes (paper §4.3).
+    pub fn reprojection(&self) -> bool {
+        self.base.reprojection
     }
 
     /// Rays (or paths) a pixel.

@@ -80,7 +80,11 @@ impl Needs {
             parts.add("path_trace", rays, "rays go through the scene's geometry", "no surface traces a ray");
         }
         parts.never("motion", "a still: nothing reads it");
-        parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
+        if method.other_eye() {
+            parts.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
+        } else {
+            parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
+        }
         parts.never("accumulate", "a still of one frame");
         parts.always("composite");
         let parts = parts.list;

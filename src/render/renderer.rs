@@ -122,9 +122,9 @@ impl Renderer {
         let &Request { camera, method, settings, frames } = request;
         let samples = method.samples();
         let needs = Needs::of(&self.scene, method, settings);
-        let targets = Targets::new(&self.gpu, settings, &needs, samples)?;
+        let targets = Targets::new(&self.gpu, settings, &needs, method)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
-        let passes = self.passes(&needs, settings, samples)?;
+        let passes = self.passes(&needs, settings, method)?;
         if needs.path_trace && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
             let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
             if rays.halvings > 0 {
@@ -169,7 +169,7 @@ impl Renderer {
         })
     }
 
-    fn passes(&self, needs: &Needs, settings: &Settings, samples: u32) -> Result<Passes, GpuError> {
+    fn passes(&self, needs: &Needs, settings: &Settings, method: &Method) -> Result<Passes, GpuError> {
         let gpu = &self.gpu;
         Ok(Passes {
             gbuffer: GBufferPass::new(gpu, &self.resources, needs)?,
@@ -180,8 +180,8 @@ impl Renderer {
                 false => None,
                 true => Some((
                     DepthPyramidPass::new(gpu, needs)?,
-                    TracePass::new(gpu)?,
-                    ResolvePass::new(gpu, settings, samples)?,
+                    TracePass::new(gpu, method)?,
+                    ResolvePass::new(gpu, settings, method)?,
                 )),
             },
             path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,

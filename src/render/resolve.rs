@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::method::Method;
 use super::settings::Settings;
 use super::shaders;
 use super::targets::Targets;
@@ -25,12 +26,11 @@ struct Constants {
 }
 
 impl ResolvePass {
-    /// `samples`: how many dispatches make up one ratio.
-    ///
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, samples: u32) -> Result<ResolvePass, GpuError> {
-        let specialization = [settings.reuse_radius, u32::from(samples > 1)];
+    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, method: &Method) -> Result<ResolvePass, GpuError> {
+        let sums = method.samples() > 1;
+        let specialization = [settings.reuse_radius, u32::from(sums), u32::from(method.reprojection())];
         Ok(ResolvePass { pass: ComputePass::new(gpu, "resolve", &shaders::RESOLVE_COMP.words(), &specialization)? })
     }
 

@@ -10,9 +10,12 @@ pub struct EyeUniform {
     /// Reverse-Z, infinite far plane, y up.
     pub clip_from_render: [f32; 16],
     pub view_from_render: [f32; 16],
-    pub render_from_view: [f32; 16],
-    /// Tangents of the frustum's sides: left, right, down, up; left and down negative.
-    pub tangents: [f32; 4],
+    /// Direction in render space through the image's top-left corner, scaled to distance 1 along the view.
+    pub ray_first: [f32; 4],
+    /// What a pixel to the right adds to it.
+    pub ray_across: [f32; 4],
+    /// What a pixel down adds.
+    pub ray_down: [f32; 4],
     /// xyz: the eye in render space, metres; w: near plane, metres.
     pub position_near: [f32; 4],
     /// x: token of the eye's random stream.
@@ -210,8 +213,8 @@ impl CountersData {
 }
 
 const _: () = {
-    assert!(size_of::<EyeUniform>() == 240);
-    assert!(size_of::<FrameUniform>() == 544);
+    assert!(size_of::<EyeUniform>() == 208);
+    assert!(size_of::<FrameUniform>() == 480);
     assert!(size_of::<LightData>() == 64);
     assert!(size_of::<TextureSlot>() == 48);
     assert!(size_of::<MaterialData>() == 256);

@@ -4,8 +4,9 @@ use std::rc::Rc;
 
 use ash::vk;
 
-use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
+use super::method::Method;
 use super::needs::Needs;
 use super::settings::Settings;
 
@@ -28,12 +29,28 @@ pub struct RayList {
     pub arguments: Buffer,
 }
 
+impl RayList {
+    fn new(gpu: &Rc<Gpu>, pixels: u64) -> Result<RayList, GpuError> {
+        Ok(RayList {
+            rays: Buffer::device(gpu, "ray list", pixels * 4)?,
+            arguments: Buffer::device(gpu, "ray list arguments", 16)?,
+        })
+    }
+
+    /// No rays yet, in 0×1×1 groups.
+    pub fn clear(&self, frame: &mut Frame) {
+        frame.write_words(&self.arguments, &[0, 1, 1, 0]);
+    }
+}
+
 /// Screen-space reflections.
 pub struct ScreenSpace {
     /// `None` when no mesh is closed.
     pub back_depth: Option<Image>,
     pub pyramid: Image,
     pub hits: Image,
+    /// Rays for the other eye; a list that stays empty when the method has none.
+    pub retries: RayList,
     pub reflection: Image,
     /// Sums over several samples a pixel.
     pub sums: Option<(Image, Image)>,
@@ -65,12 +82,13 @@ pub struct Targets {
 impl Targets {
     /// # Errors
     /// When device memory runs out: the message names the image and its bytes.
-    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, needs: &Needs, samples: u32) -> Result<Targets, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, needs: &Needs, method: &Method) -> Result<Targets, GpuError> {
         let (w, h) = (settings.width, settings.height);
         let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(w, h, format));
         let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
         let rgba32 = vk::Format::R32G32B32A32_SFLOAT;
         let rgba16 = vk::Format::R16G16B16A16_SFLOAT;
+        let texels = u64::from(w) * u64::from(h) * 2;
         let gbuffer = GBuffer {
             depth: drawn("depth", vk::Format::D32_SFLOAT)?,
             surface: drawn("surface", vk::Format::R32G32B32A32_UINT)?,
@@ -79,10 +97,7 @@ impl Targets {
         };
         let rays = match needs.rays {
             false => None,
-            true => Some(RayList {
-                rays: Buffer::device(gpu, "ray list", u64::from(w) * u64::from(h) * 2 * 4)?,
-                arguments: Buffer::device(gpu, "ray list arguments", 16)?,
-            }),
+            true => Some(RayList::new(gpu, texels)?),
         };
         let screen_space = match needs.screen_space {
             false => None,
@@ -90,8 +105,9 @@ impl Targets {
                 back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
                 pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
+                retries: RayList::new(gpu, if method.other_eye() { texels } else { 0 })?,
                 reflection: stereo("reflection", rgba16)?,
-                sums: match samples {
+                sums: match method.samples() {
                     1 => None,
                     _ => Some((stereo("reflection sums", rgba32)?, stereo("reflection weights", rgba32)?)),
                 },

@@ -10,8 +10,9 @@ use serde::Serialize;
 
 pub use davidson::{Davidson, Duel, Strength, davidson, two_methods};
 
+use crate::adjust::{Correction, adjust};
 use crate::chance::Stream;
-use crate::data::{Dataset, Score, UNIT};
+use crate::data::{Dataset, Score, UNIT, level_key};
 use crate::error::{Error, Result};
 use crate::interval::share;
 use crate::special::{ln_choose, sum};
@@ -67,6 +68,8 @@ pub struct Condition {
     pub mos: f64,
     /// On the decided votes.
     pub decided: Binomial,
+    /// The decided votes' p, adjusted over the study's conditions by Holm.
+    pub p_adjusted: Option<f64>,
     /// With ties split evenly; an odd tie is dropped.
     pub split: Binomial,
 }
@@ -135,7 +138,8 @@ pub fn preference(data: &Dataset, values: [i32; 3], level: f64, resamples: u32, 
         data.factor("rating").ok_or_else(|| Error::data("forced choices must be read with ratings as cells"))?;
     for (s, study) in data.studies.iter().enumerate() {
         let cells = data.cells_of(s);
-        if cells.is_empty() {
+        // A study that says it asks for ratings holds no choices.
+        if cells.is_empty() || (!study.scale.is_empty() && !study.forced_choice) {
             continue;
         }
         let values = match &study.scale[..] {
@@ -143,6 +147,9 @@ pub fn preference(data: &Dataset, values: [i32; 3], level: f64, resamples: u32, 
             _ => values,
         };
         out.push(one(data, s, &cells, rating, values, level, resamples, seed)?);
+    }
+    if out.is_empty() {
+        return Err(Error::data("no study here asks for a forced choice; `mos table` and `mos test` analyse ratings"));
     }
     Ok(out)
 }
@@ -189,7 +196,11 @@ fn one(
         };
         groups[at].cells[which] = Some(*c);
     }
-    let conditions = groups.iter().map(|g| condition(data, study, g, values, level)).collect();
+    let mut conditions: Vec<Condition> = groups.iter().map(|g| condition(data, study, g, values, level)).collect();
+    conditions.sort_by_cached_key(|c| c.factors.iter().map(|f| level_key(&f.1)).collect::<Vec<_>>());
+    let p: Vec<f64> = conditions.iter().filter_map(|c| c.decided.p).collect();
+    let mut adjusted = adjust(&p, Correction::Holm).into_iter();
+    conditions.iter_mut().filter(|c| c.decided.p.is_some()).for_each(|c| c.p_adjusted = adjusted.next());
     let (sums, incomplete) = sums(data, &groups);
     if sums.is_empty() {
         return Err(Error::data("no participant has a vote for every condition"));
@@ -201,7 +212,7 @@ fn one(
         incomplete,
         davidson: duels(data, &groups, level, resamples, seed),
         convention:
-            "exact binomial on decided votes and with ties split (an odd tie dropped), Clopper-Pearson shares; \
+            "exact binomial on decided votes (adjusted over conditions by Holm) and with ties split (an odd tie dropped), Clopper-Pearson shares; \
                      overall: signed-rank test of each participant's sum of votes coded -1/0/+1"
                 .into(),
     })
@@ -226,16 +237,18 @@ fn condition(data: &Dataset, study: usize, group: &Group, values: [i32; 3], leve
     let half = votes.ties / 2;
     Condition {
         study: data.studies[study].id.clone(),
-        factors: data
-            .factors
-            .iter()
-            .zip(&group.levels)
-            .filter_map(|(f, l)| l.as_ref().map(|l| (f.clone(), l.clone())))
-            .collect(),
+        factors: {
+            let named = data.factors.iter().zip(&group.levels);
+            let mut factors: Vec<_> = named.filter_map(|(f, l)| l.as_ref().map(|l| (f.clone(), l.clone()))).collect();
+            // As the tables have it: the scene first.
+            factors.sort_by_key(|f| f.0 != "scene");
+            factors
+        },
         votes,
         shares,
         mos: weighted / total,
         decided: binomial_test(votes.wins, votes.wins + votes.losses, level),
+        p_adjusted: None,
         split: binomial_test(votes.wins + half, votes.wins + votes.losses + 2 * half, level),
     }
 }

@@ -252,7 +252,9 @@ fn results(input: &ReportInput, s: &StudyReport, r: &Results, which: &str, out: 
         .zip(&names)
         .flat_map(|(r, n)| r.interval.notes.iter().map(move |note| format!("{n}: {note}")))
         .collect();
-    notes.push("Differences are judged by the interval of the paired difference below, never by whether these intervals overlap.".into());
+    if !s.study.forced_choice {
+        notes.push("Differences are judged by the interval of the paired difference below, never by whether these intervals overlap.".into());
+    }
     out.push(Block::Notes(notes));
     tests(input, r, &suffix, out);
     choices(input, r, &suffix, out);
@@ -303,7 +305,7 @@ fn mos_table(input: &ReportInput, table: &Table) -> Block {
                 r.sd.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
                 r.interval.lo.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
                 r.interval.hi.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
-                r.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" "),
+                text::votes(r),
             ]);
             row
         })
@@ -447,15 +449,27 @@ fn choices(input: &ReportInput, r: &Results, suffix: &str, out: &mut Vec<Block>)
                     _ => "-".into(),
                 },
                 optional(c.decided.p),
+                optional(c.p_adjusted),
                 optional(c.split.p),
             ]
         })
         .collect();
     out.push(Block::Table {
         caption: stamp(input, &format!("{}.", p.convention)),
-        head: ["condition", "method", "same", "other", "MOS", "decided", "share", "p decided", "p ties split"]
-            .map(str::to_owned)
-            .to_vec(),
+        head: [
+            "condition",
+            "method",
+            "same",
+            "other",
+            "MOS",
+            "decided",
+            "share",
+            "p decided",
+            "p adjusted",
+            "p ties split",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
         rows,
     });
     let t = &p.overall;

@@ -268,7 +268,7 @@ pub fn differences(
 
 /// Round numbers between `low` and `high`, four to nine of them.
 fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let raw = (high - low) / 5.0;
+    let raw = (high - low) / 7.0;
     let power = 10f64.powf(raw.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|s| s * power).find(|s| *s >= raw).unwrap_or(raw);
     let first = (low / step).ceil() as i64;

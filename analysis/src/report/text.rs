@@ -77,7 +77,7 @@ pub fn table(table: &Table) -> String {
             number(row.sd),
             number(row.interval.lo),
             number(row.interval.hi),
-            row.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" "),
+            votes(row),
         ]);
         rows.push(line);
     }
@@ -90,6 +90,14 @@ pub fn table(table: &Table) -> String {
     }
     out.extend(table.notes.iter().map(|n| format!("note: {n}\n")));
     out
+}
+
+/// `1:0 2:3 …`; many different ratings are only counted.
+pub fn votes(row: &Row) -> String {
+    if row.counts.len() > 12 {
+        return format!("{} different ratings", row.counts.len());
+    }
+    row.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" ")
 }
 
 /// The table as the paper's figures have it: one line a method, one column a scene, a block a study.
@@ -281,9 +289,21 @@ pub fn name(r: &ContrastResult) -> String {
 /// `mos preference`: a line a condition, the overall test, the model.
 pub fn preference(p: &Preference) -> String {
     let mut rows = vec![
-        ["condition", "method", "same", "other", "MOS", "decided", "p", "share", "interval", "p ties split"]
-            .map(str::to_owned)
-            .to_vec(),
+        [
+            "condition",
+            "method",
+            "same",
+            "other",
+            "MOS",
+            "decided",
+            "p",
+            "p adjusted",
+            "share",
+            "interval",
+            "p ties split",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
     ];
     let optional = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
     for c in &p.conditions {
@@ -296,6 +316,7 @@ pub fn preference(p: &Preference) -> String {
             format!("{:.3}", c.mos),
             format!("{} of {}", c.decided.k, c.decided.n),
             optional(c.decided.p),
+            optional(c.p_adjusted),
             number(c.decided.share),
             match (c.decided.lo, c.decided.hi) {
                 (Some(lo), Some(hi)) => format!("[{lo:.3}, {hi:.3}]"),

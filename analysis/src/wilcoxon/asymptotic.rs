@@ -51,5 +51,6 @@ pub fn z_and_p(
         Alternative::Greater => normal_upper(z),
         Alternative::Less => normal_upper(-z),
     };
-    Some((z, p))
+    // Beyond z = 37.5 the tail underflows; it is small, not nothing.
+    Some((z, p.max(f64::MIN_POSITIVE)))
 }

@@ -63,6 +63,8 @@ pub fn tails(doubled: &[u64], observed: u64) -> Tails {
     let near = observed.min(total - observed);
     let (tail, point) = lower_tail(doubled, near);
     let far = 1.0 - tail + point;
+    // With more than a thousand ranks the tail may underflow; it is small, not nothing.
+    let tail = tail.max(f64::MIN_POSITIVE);
     if mirrored { Tails { lower: far, upper: tail, point } } else { Tails { lower: tail, upper: far, point } }
 }
 
@@ -109,11 +111,12 @@ impl Null {
     /// P(sum ≤ at).
     pub(super) fn cumulative(&self, at: u64) -> f64 {
         let at = (at / self.step) as usize;
-        let mut sum = Sum::default();
-        for (b, count) in self.b.iter().enumerate().take(at + 1) {
-            sum.add(count * self.cumulative_a[(at - b).min(self.cumulative_a.len() - 1)]);
-        }
-        ldexp(sum.value(), self.exponent)
+        let (with_b, whole) = self.overlap(at);
+        // The first part of b leaves room for all of a.
+        let all = self.cumulative_a[self.cumulative_a.len() - 1];
+        let tail = all * dot_reversed(&self.b[..whole], &vec![1.0; whole]);
+        let rest = dot_reversed(&self.b[whole..with_b], &self.cumulative_a[at + 1 - with_b..at + 1 - whole]);
+        ldexp(tail + rest, self.exponent)
     }
 
     /// P(sum = at).
@@ -122,12 +125,24 @@ impl Null {
             return 0.0;
         }
         let at = (at / self.step) as usize;
-        let mut sum = Sum::default();
-        for (b, count) in self.b.iter().enumerate().take(at + 1) {
-            sum.add(count * self.a.get(at - b).copied().unwrap_or(0.0));
-        }
-        ldexp(sum.value(), self.exponent)
+        let (with_b, whole) = self.overlap(at);
+        let sum = dot_reversed(&self.b[whole..with_b], &self.a[at + 1 - with_b..at + 1 - whole]);
+        ldexp(sum, self.exponent)
     }
+
+    /// How many sums of b are at most `at`, and how many of them leave more room than a can fill.
+    fn overlap(&self, at: usize) -> (usize, usize) {
+        let with_b = self.b.len().min(at + 1);
+        (with_b, (at + 1).saturating_sub(self.a.len()).min(with_b))
+    }
+}
+
+/// Σ x\[i\]·y\[last − i\] for slices of one length: short blocks as vector code, the blocks compensated.
+fn dot_reversed(x: &[f64], y: &[f64]) -> f64 {
+    const BLOCK: usize = 64;
+    crate::special::sum(
+        x.chunks(BLOCK).zip(y.rchunks(BLOCK)).map(|(x, y)| x.iter().zip(y.iter().rev()).map(|(a, b)| a * b).sum()),
+    )
 }
 
 /// Counts of the sums 0..=min(at, total) of `ranks` (ascending), and the exponent that belongs to them.

@@ -62,8 +62,8 @@ pub enum Exact {
 /// Ranked differences up to which [`Exact::Auto`] computes the exact null.
 pub const EXACT_UP_TO: usize = 500;
 
-/// Largest number of ranks for which the exact null is computed at all: its buffer takes about 8·n² bytes.
-pub const EXACT_LIMIT: usize = 20_000;
+/// Largest number of ranks for which the exact null is computed at all: its buffers take up to 12·n² bytes.
+pub const EXACT_LIMIT: usize = 10_000;
 
 /// Choices of the test; the default is exact where feasible, zeros dropped, no correction, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +111,8 @@ pub struct SignedRank {
     pub t: f64,
     /// Signed: positive when R₊ is above its mean. `None` without differences.
     pub z: Option<f64>,
-    /// From the normal approximation. 1 without differences.
+    /// From the normal approximation. 1 without differences. What is too small for a number stands as the
+    /// smallest normal one, 2.2e-308, as every p here: no p is 0.
     pub p_asymptotic: Option<f64>,
     /// From the conditional null given |d|; `None` when not computed.
     pub p_exact: Option<f64>,
@@ -265,8 +266,8 @@ fn exact_tails(ranks: &Ranks, options: &Options) -> Result<Option<Tails>> {
         Exact::Auto => n <= EXACT_UP_TO,
         Exact::Always if n > EXACT_LIMIT => {
             return Err(Error::usage(format!(
-                "the exact null of {n} ranks would take {} GiB; up to {EXACT_LIMIT} can be had, use --exact auto",
-                (n as f64).powi(2) * 8.0 / (1u64 << 30) as f64
+                "the exact null of {n} ranks would take {:.1} GiB; up to {EXACT_LIMIT} ranks can be had, use --exact auto",
+                (n as f64).powi(2) * 12.0 / (1u64 << 30) as f64
             )));
         }
         Exact::Always => true,

@@ -1,4 +1,4 @@
-//! A renderer that needs no graphics device, and the program's binary in a fresh folder.
+//! A study laboratory for tests: a renderer that needs no graphics device, and the program's binary in a fresh folder.
 
 #![allow(dead_code)] // Each test program uses its part.
 

@@ -1,0 +1,86 @@
+// One reflection ray through the views: how it starts, and what its march's end means. Needs `frame`, `surface_image`
+// and `pyramid` from the includer, and the tally's words.
+#ifndef SCREEN_RAY_GLSL
+#define SCREEN_RAY_GLSL
+#include "brdf.glsl"
+#include "camera.glsl"
+#include "hit.glsl"
+
+vec2 load_range(ivec2 cell, int level, uint eye) { return texelFetch(pyramid, ivec3(cell, eye), level).xy; }
+
+#include "march.glsl"
+#include "random.glsl"
+#include "reflect.glsl"
+
+// 1: a hit's fade is that of the eye whose border is farther from it (paper §4.2); 0: of the eye that found it.
+layout(constant_id = 0) const uint STEREO_FADE = 0u;
+
+struct ScreenRay {
+    vec3 origin;
+    ReflectionRay ray;
+};
+
+ScreenRay screen_ray(ivec3 texel, uint sample_index) {
+    uint eye = uint(texel.z);
+    float depth = load_range(texel.xy, 0, eye).x;
+    Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
+    vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
+    vec3 v = normalize(eye_position(eye) - position);
+    vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
+    return ScreenRay(ray_origin(eye, position, s.face_normal, depth), reflection_ray(s, v, u));
+}
+
+// The part of the ray from world fraction `s` on that an eye sees.
+Segment segment_of(ScreenRay r, uint eye, float s) {
+    mat4 clip = frame.eyes[eye].clip_from_render;
+    vec4 a = clip * vec4(r.origin, 1.0);
+    vec4 b = a + clip * vec4(r.ray.direction * frame.ray_length, 0.0);
+    return clip_segment(a, b, s, frame.eyes[eye].position_near.w, vec2(frame.size));
+}
+
+// 1 inside, 0 at the view's border: what lies beyond is not known.
+float edge_fade(vec2 uv) {
+    if (frame.edge_fade <= 0.0) return 1.0;
+    vec2 f = smoothstep(vec2(0.0), vec2(1.0), min(uv, 1.0 - uv) / frame.edge_fade);
+    return f.x * f.y;
+}
+
+float hit_confidence(ScreenRay r, Hit hit) {
+    float own = edge_fade(hit.uv);
+    if (STEREO_FADE == 0u || frame.edge_fade <= 0.0) return own;
+    uint other = 1u - hit.eye;
+    vec4 clip = frame.eyes[other].clip_from_render * vec4(r.origin + r.ray.direction * hit.distance, 1.0);
+    if (clip.w <= 0.0) return own;
+    vec2 uv = vec2(clip.x, -clip.y) / clip.w * 0.5 + 0.5;
+    return max(own, edge_fade(uv));
+}
+
+// Words of the tally, in the order of CountersData from `rays` on.
+const uint TALLY_RAYS = 0u, TALLY_HITS = 1u, TALLY_SKY = 2u, TALLY_LEFT_VIEW = 3u, TALLY_BEHIND = 4u;
+const uint TALLY_BACK_FACING = 5u, TALLY_BUDGET = 6u, TALLY_BELOW_HORIZON = 7u, TALLY_STEPS = 8u, TALLY_WORDS = 9u;
+
+// What the march's end means; returns the word to count. `behind`: the ray was behind matter that no eye looked past.
+uint finish(ScreenRay r, Segment segment, March m, uint eye, bool behind, inout Hit hit) {
+    hit.status = UNKNOWN;
+    hit.confidence = 0.0;
+    hit.eye = eye;
+    hit.distance = world_fraction(segment, m.t) * frame.ray_length;
+    if (m.result == MARCH_HIT) {
+        vec2 pixel = segment.start.xy + segment.delta.xy * m.t;
+        hit.uv = clamp(pixel / vec2(frame.size), vec2(0.0), vec2(1.0));
+        ivec3 at = ivec3(clamp(ivec2(pixel), ivec2(0), ivec2(frame.size) - 1), eye);
+        vec3 n = unpack_direction(texelFetch(surface_image, at, 0).y);
+        if (dot(n, r.ray.direction) >= 0.0) return TALLY_BACK_FACING;
+        hit.status = HIT;
+        hit.confidence = hit_confidence(r, hit);
+        return TALLY_HITS;
+    }
+    if (m.result == MARCH_BUDGET) return TALLY_BUDGET;
+    if (segment.end != END_FAR) return TALLY_LEFT_VIEW;
+    if (behind) return TALLY_BEHIND;
+    hit.status = SKY;
+    hit.confidence = 1.0;
+    return TALLY_SKY;
+}
+
+#endif

@@ -1,0 +1,78 @@
+#version 460
+// In: the rays that left their own eye's view or went behind matter there, G-buffer, depth pyramid. Out: their hits.
+// The second stage of the paper's §4.1 (both cases of its Fig. 3): the ray goes on in the other eye's view from the
+// world fraction where its own eye lost it. Where that eye cannot see it either, it goes on behind the matter in its
+// own eye's view, as the baseline's rays do (§5.4); a third change is *unknown*.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
+layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
+layout(binding = 3, std430) buffer Counters { CountersData counters; };
+layout(binding = 4) uniform usampler2DArray surface_image;
+layout(binding = 5) uniform sampler2DArray pyramid;
+layout(binding = 6, rgba32ui) uniform uimage2DArray hit_image;
+layout(push_constant) uniform Constants { uint sample_index; };
+
+#include "common/ray_list.glsl"
+#include "common/screen_ray.glsl"
+
+shared uint tally[TALLY_WORDS];
+
+void trace_listed(ivec3 texel) {
+    uint own = uint(texel.z), other = 1u - own;
+    ScreenRay r = screen_ray(texel, sample_index);
+    Hit hit = unpack_hit(imageLoad(hit_image, texel));
+    // Where the own eye lost it; whole words lose up to 1/4096 of it, always towards the origin.
+    float s = clamp(hit.distance / frame.ray_length, 0.0, 1.0);
+    hit.direction = r.ray.direction;
+    Segment first = segment_of(r, own, 0.0);
+    bool left_own = first.end != END_FAR && s >= first.s_end * (1.0 - 1.0 / 2048.0);
+
+    uint word = left_own ? TALLY_LEFT_VIEW : TALLY_BEHIND;
+    uint steps = 0u;
+    Segment segment = segment_of(r, other, s);
+    bool seen = segment.inside, lost = !seen;
+    if (seen) {
+        March m = march(segment, other, frame.max_steps, false, true);
+        steps += m.steps;
+        lost = m.result == MARCH_BEHIND;
+        if (lost) s = world_fraction(segment, m.t);
+        else word = finish(r, segment, m, other, false, hit);
+        // Out of the other eye's view while still in the own one's: the own eye goes on.
+        if (word == TALLY_LEFT_VIEW && !left_own) {
+            lost = true;
+            s = segment.s_end;
+        }
+    }
+    if (lost && !left_own) {
+        segment = segment_of(r, own, min(s, first.s_end));
+        March m = march(segment, own, frame.max_steps, false, false);
+        steps += m.steps;
+        word = finish(r, segment, m, own, m.behind || !seen, hit);
+    }
+    atomicAdd(tally[word], 1u);
+    atomicAdd(tally[TALLY_STEPS], steps);
+    imageStore(hit_image, texel, pack_hit(hit));
+}
+
+void main() {
+    uint i = gl_LocalInvocationIndex;
+    if (i < TALLY_WORDS) tally[i] = 0u;
+    barrier();
+    ivec3 texel;
+    if (listed_pixel(texel)) trace_listed(texel);
+    barrier();
+    if (i == 0u) {
+        atomicAdd(counters.hits, tally[TALLY_HITS]);
+        atomicAdd(counters.sky, tally[TALLY_SKY]);
+        atomicAdd(counters.left_view, tally[TALLY_LEFT_VIEW]);
+        atomicAdd(counters.behind, tally[TALLY_BEHIND]);
+        atomicAdd(counters.back_facing, tally[TALLY_BACK_FACING]);
+        atomicAdd(counters.budget, tally[TALLY_BUDGET]);
+        atomicAdd(counters.steps, tally[TALLY_STEPS]);
+    }
+}
