@@ -60,7 +60,8 @@ void main() {
         if (reflects(from)) reflection = texelFetch(reflection_image, from, 0);
     }
     vec3 sum = texelFetch(radiance_image, texel, 0).rgb + reflection.rgb;
-    if (any(isnan(sum)) || any(isinf(sum))) atomicAdd(counters.nan, 1u);
+    if (any(isnan(sum))) atomicAdd(counters.nan, 1u);
+    if (any(isinf(sum))) atomicAdd(counters.inf, 1u);
     if (WANT_LINEAR != 0u) {
         imageStore(linear_image, texel, vec4(sum, 1.0));
         imageStore(reflection_out, texel, reflection);

@@ -33,8 +33,6 @@ pub struct Needs {
     pub probe: bool,
     /// The reference's passes.
     pub path_trace: bool,
-    /// A surface too rough for rays, or a fallback, looks up the prefiltered environment.
-    pub specular_environment: bool,
     parts: Vec<Part>,
 }
 
@@ -46,7 +44,6 @@ impl Needs {
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
         let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));
-        let too_rough = used().any(|m| may_exceed(m, settings.ray_roughness_limit));
         let closed = scene.instances.iter().any(|i| scene.primitives[i.primitive].closed);
         let screen = method.answer() == Answer::ScreenSpace;
         let fallback = settings.fallback(scene);
@@ -62,12 +59,6 @@ impl Needs {
             parts.never("backface", "the method does not use back faces")
         };
         parts.always("lighting");
-        let specular_environment = parts.add(
-            "specular-environment",
-            too_rough || fallback != Fallback::Black,
-            "surfaces too rough for rays, or a fallback, look it up",
-            "every surface traces rays and the fallback is black",
-        );
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
         for name in ["depth_pyramid", "trace", "resolve"] {
             if screen {
@@ -104,7 +95,6 @@ impl Needs {
             screen_space: screen && rays,
             probe,
             path_trace: !screen && rays,
-            specular_environment,
             parts,
         }
     }
@@ -159,8 +149,4 @@ impl Parts {
 /// The texture's values lie in [0, 1], so the factor is the most that roughness can be and 0 the least.
 fn may_reflect(material: &Material, limit: f32) -> bool {
     material.roughness <= limit || material.metallic_roughness_texture.is_some()
-}
-
-fn may_exceed(material: &Material, limit: f32) -> bool {
-    material.roughness > limit
 }
