@@ -9,6 +9,9 @@ layout(set = 0, binding = 1, std430) readonly buffer Instances { InstanceData in
 layout(push_constant) uniform Constants { uint eye; };
 layout(location = 0) in vec3 position;
 
+// Both passes must give the same depths.
+invariant gl_Position;
+
 void main() {
     InstanceData instance = instances[gl_InstanceIndex];
     vec4 p = vec4(position, 1.0);

@@ -6,7 +6,7 @@
 #include "common/random.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 0, rgba32f) writeonly uniform image2D table;
+layout(binding = 0, rgba16f) writeonly uniform image2D table;
 layout(push_constant) uniform Constants { float delta_roughness; uint samples; };
 
 void main() {

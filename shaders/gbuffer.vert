@@ -22,6 +22,9 @@ layout(location = 3) out vec4 out_uv;
 layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_instance;
 
+// Both passes must give the same depths.
+invariant gl_Position;
+
 void main() {
     InstanceData instance = instances[gl_InstanceIndex];
     vec4 p = vec4(position, 1.0);

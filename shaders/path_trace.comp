@@ -51,7 +51,7 @@ struct Tally {
 
 vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     ReflectionRay ray = reflection_ray(s, v, u);
-    if (!ray.above) {
+    if (!ray.open) {
         ++tally.below_horizon;
         return vec3(0.0);
     }

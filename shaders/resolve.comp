@@ -20,18 +20,17 @@ layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4) uniform usampler2DArray surface_image;
-layout(binding = 5) uniform usampler2DArray instance_image;
-layout(binding = 6) uniform sampler2DArray depth_image;
-layout(binding = 7) uniform usampler2DArray hit_image;
-layout(binding = 8) uniform sampler2DArray radiance_image;
-layout(binding = 9) uniform sampler2D environment_map;
-layout(binding = 10) uniform sampler2D irradiance_map;
-layout(binding = 11) uniform sampler2D specular_map;
-layout(binding = 12) uniform sampler2D brdf_table;
-layout(binding = 13, std430) readonly buffer Lights { LightData lights[]; };
-layout(binding = 14, rgba16f) writeonly uniform image2DArray reflection_image;
-layout(binding = 15, rgba32f) uniform image2DArray sum_image;
-layout(binding = 16, rgba32f) uniform image2DArray weight_image;
+layout(binding = 5) uniform usampler2DArray guide_image;
+layout(binding = 6) uniform usampler2DArray hit_image;
+layout(binding = 7) uniform sampler2DArray radiance_image;
+layout(binding = 8) uniform sampler2D environment_map;
+layout(binding = 9) uniform sampler2D irradiance_map;
+layout(binding = 10) uniform sampler2D specular_map;
+layout(binding = 11) uniform sampler2D brdf_table;
+layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
+layout(binding = 14, rgba32f) uniform image2DArray sum_image;
+layout(binding = 15, rgba32f) uniform image2DArray weight_image;
 layout(push_constant) uniform Constants { uint first; uint last; };
 
 #include "common/ray_list.glsl"
@@ -57,16 +56,12 @@ Tap load_tap(Pixel p, ivec3 texel) {
     Tap tap = Tap(false, p.position, uvec4(0u));
     if (texel != p.texel) {
         if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, ivec2(frame.size)))) return tap;
-        if (texelFetch(instance_image, texel, 0).x != p.instance) return tap;
-        uvec4 packed = texelFetch(surface_image, texel, 0);
-        float r = unpack_roughness(packed);
-        if (r > frame.ray_roughness_limit || (r < frame.delta_roughness) != is_mirror(p.surface)) return tap;
-        if (dot(unpack_direction(packed.x), p.surface.normal) < LEAST_COSINE) return tap;
-        tap.from = render_position(texel.z, vec2(texel.xy) + 0.5, texelFetch(depth_image, texel, 0).x);
-        if (abs(dot(tap.from - p.position, p.surface.face_normal)) > PLANE_TOLERANCE * p.distance) return tap;
+        Guide g = load_guide(texel);
+        tap.from = render_position(texel.z, vec2(texel.xy) + 0.5, g.depth);
+        if (!same_surface(p, g, tap.from)) return tap;
     }
     tap.word = texelFetch(hit_image, texel, 0);
-    tap.usable = hit_status(tap.word) != NOTHING;
+    tap.usable = contributes(tap.word);
     return tap;
 }
 
@@ -83,13 +78,14 @@ void add(inout Sums sums, Pixel p, Tap tap, bool across) {
             pdf *= clamp(dot(to_hit, to_hit) / max(square(h.distance), 1e-12), 0.25, 4.0);
         }
     }
-    if (dot(l, p.surface.face_normal) <= 0.0) return;
     vec3 w = reflection_weight(p.surface, p.v, l, pdf);
+    // Below the triangle's horizon a direction is known to be black, as in the reference.
+    bool open = dot(l, p.surface.face_normal) > 0.0;
     vec3 radiance = vec3(0.0);
-    if (h.status == HIT) {
+    if (h.status == HIT && open) {
         ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
         radiance = texelFetch(radiance_image, ivec3(at, h.eye), 0).rgb;
-    } else if (h.status == SKY) {
+    } else if (h.status == SKY && open) {
         radiance = environment_radiance(h.direction);
     }
     if (frame.firefly != 0u) w /= 1.0 + luminance(radiance);
@@ -137,8 +133,8 @@ void main() {
     }
     float confidence = sums.shares.y > 0.0 ? sums.shares.x / sums.shares.y : 0.0;
     // Where a channel has hardly any weight, the ratio of luminances is the steadier one.
-    vec3 ratio = sums.light / max(sums.known, vec3(1e-6));
-    if (any(lessThan(sums.known, vec3(1e-6)))) ratio = vec3(luminance(sums.light) / max(luminance(sums.known), 1e-12));
+    vec3 steady = vec3(luminance(sums.light) / max(luminance(sums.known), 1e-12));
+    vec3 ratio = mix(sums.light / max(sums.known, vec3(1e-6)), steady, lessThan(sums.known, vec3(1e-6)));
     if (sums.shares.x <= 0.0) ratio = vec3(0.0);
     float nv = max(dot(p.surface.normal, p.v), 1e-4);
     vec3 fallback = vec3(0.0);

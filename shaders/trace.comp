@@ -34,9 +34,9 @@ bool trace_listed(ivec3 texel) {
     uint eye = uint(texel.z);
     ScreenRay r = screen_ray(texel, sample_index);
     Hit hit = Hit(NOTHING, vec2(0.0), eye, r.ray.direction, 0.0, r.ray.pdf, 0.0);
-    if (!r.ray.above) {
+    if (!r.ray.open) {
         atomicAdd(tally[TALLY_BELOW_HORIZON], 1u);
-        hit.direction = vec3(0.0, 0.0, 1.0);
+        hit.confidence = r.ray.above ? 1.0 : 0.0;
         imageStore(hit_image, texel, pack_hit(hit));
         return false;
     }
@@ -73,7 +73,9 @@ void main() {
         atomicAdd(counters.steps, tally[TALLY_STEPS]);
         if (OTHER_EYE != 0u && retry_count > 0u) {
             retry_first = atomicAdd(retry_arguments[3], retry_count);
-            atomicMax(retry_arguments[0], (retry_first + retry_count + 63u) / 64u);
+            uint groups = (retry_first + retry_count + 63u) / 64u;
+            atomicMax(retry_arguments[0], min(groups, ROW_OF_GROUPS));
+            atomicMax(retry_arguments[1], (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS);
         }
     }
     barrier();

@@ -49,7 +49,7 @@ Intersection intersect(vec3 origin, vec3 direction) {
             float tb = enter(l1.xyz, u1.xyz, origin, inverse, best.t);
             uint a = floatBitsToUint(l0.w), b = floatBitsToUint(l1.w);
             uint near = tb < ta ? b : a, far = tb < ta ? a : b;
-            if (max(ta, tb) < FLT_MAX) stack[min(top++, STACK_SIZE - 1)] = far;
+            if (max(ta, tb) < FLT_MAX && top < STACK_SIZE) stack[top++] = far;
             if (min(ta, tb) < FLT_MAX) {
                 at = near;
             } else {

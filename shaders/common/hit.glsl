@@ -3,7 +3,7 @@
 #define HIT_GLSL
 #include "math.glsl"
 
-// No ray, or a sample below the horizon: contributes nothing.
+// No ray. With confidence: a direction that is known to be black, because the triangle itself is in its way.
 const uint NOTHING = 0u;
 const uint HIT = 1u;
 // Reached infinity inside a view, never behind anything.
@@ -41,5 +41,10 @@ Hit unpack_hit(uvec4 w) {
 }
 
 uint hit_status(uvec4 w) { return w.z & 3u; }
+
+bool contributes(uvec4 w) { return (w.z & 0x7fbu) != 0u; }
+
+// Neither without a ray nor unknown.
+bool known(uvec4 w) { return contributes(w) && hit_status(w) != UNKNOWN; }
 
 #endif

@@ -58,7 +58,7 @@ Segment clip_segment(vec4 a, vec4 b, float s_start, float near, vec2 size) {
 
 // World fraction of the ray at screen fraction t of its segment.
 float world_fraction(Segment s, float t) {
-    return mix(s.s_start, s.s_end, t * s.w_start / (s.w_end - t * (s.w_end - s.w_start)));
+    return mix(s.s_start, s.s_end, t * s.w_start / mix(s.w_end, s.w_start, t));
 }
 
 const uint MARCH_HIT = 0u;

@@ -1,8 +1,9 @@
 // The pixel of the other eye that shows the same reflection (paper §4.3, Fig. 7), or the same surface.
-// Needs `frame`, `surface_image`, `instance_image`, `depth_image`, `hit_image` from the includer.
+// Needs `frame`, `surface_image`, `guide_image`, `hit_image` from the includer.
 #ifndef PAIR_GLSL
 #define PAIR_GLSL
 #include "camera.glsl"
+#include "guide.glsl"
 #include "hit.glsl"
 #include "surface.glsl"
 
@@ -19,14 +20,16 @@ struct Pixel {
 const float LEAST_COSINE = 0.9;
 const float PLANE_TOLERANCE = 0.01;
 
+Guide load_guide(ivec3 texel) { return unpack_guide(texelFetch(guide_image, texel, 0)); }
+
 Pixel load_pixel(ivec3 texel) {
-    float depth = texelFetch(depth_image, texel, 0).x;
+    Guide g = load_guide(texel);
     Pixel p;
     p.texel = texel;
-    p.position = render_position(texel.z, vec2(texel.xy) + 0.5, depth);
+    p.position = render_position(texel.z, vec2(texel.xy) + 0.5, g.depth);
     p.v = normalize(eye_position(texel.z) - p.position);
-    p.distance = view_distance(texel.z, depth);
-    p.instance = texelFetch(instance_image, texel, 0).x;
+    p.distance = view_distance(texel.z, g.depth);
+    p.instance = g.instance;
     p.surface = unpack_surface(texelFetch(surface_image, texel, 0));
     return p;
 }
@@ -53,23 +56,21 @@ float lobe_pixels(Pixel p, float hit_distance) {
     return spread / pixel_size(uint(p.texel.z));
 }
 
-bool same_surface(Pixel p, Pixel q) {
-    return q.instance == p.instance && dot(q.surface.normal, p.surface.normal) >= LEAST_COSINE &&
-           abs(dot(q.position - p.position, p.surface.face_normal)) <= PLANE_TOLERANCE * p.distance;
+// Whether q, a pixel's guide at `position`, is the same surface for the purpose of reuse.
+bool same_surface(Pixel p, Guide q, vec3 position) {
+    return q.instance == p.instance && (q.roughness < frame.delta_roughness) == is_mirror(p.surface) &&
+           dot(unpack_direction(q.normal), p.surface.normal) >= LEAST_COSINE &&
+           abs(dot(position - p.position, p.surface.face_normal)) <= PLANE_TOLERANCE * p.distance;
 }
 
-bool known(uvec4 word) { return hit_status(word) == HIT || hit_status(word) == SKY; }
-
-// How far away p reflects: its own hit, or a known neighbour's when its own ray is unknown; −1 where nobody knows.
-float reflected_distance(Pixel p) {
+// How far away an instance reflects about a pixel: that pixel's own hit, or a known neighbour's; −1: nobody knows.
+float reflected_distance(ivec3 texel, uint instance) {
     const ivec2 NEAR[9] = ivec2[9](ivec2(0, 0), ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(2, 0),
                                    ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));
     for (int i = 0; i < 9; ++i) {
-        ivec3 tap = p.texel + ivec3(NEAR[i], 0);
+        ivec3 tap = texel + ivec3(NEAR[i], 0);
         if (any(lessThan(tap.xy, ivec2(0))) || any(greaterThanEqual(tap.xy, ivec2(frame.size)))) continue;
-        if (i > 0 && texelFetch(instance_image, tap, 0).x != p.instance) continue;
-        // Instances that never trace leave no hit, and one instance has pixels above the roughness limit.
-        if (i > 0 && unpack_roughness(texelFetch(surface_image, tap, 0)) > frame.ray_roughness_limit) continue;
+        if (load_guide(tap).instance != instance) continue;
         uvec4 word = texelFetch(hit_image, tap, 0);
         if (hit_status(word) == SKY) return frame.ray_length;
         if (hit_status(word) == HIT) return unpack_hit(word).distance;
@@ -84,10 +85,14 @@ bool pair_at(Pixel p, float hit_distance, float tolerance, out ivec3 pair) {
     pair = ivec3(0);
     if (!image_in(p, other, hit_distance, pixel)) return false;
     pair = ivec3(ivec2(pixel), other);
-    if (texelFetch(instance_image, pair, 0).x != p.instance) return false;
-    Pixel q = load_pixel(pair);
-    if (!same_surface(p, q) || q.surface.roughness > frame.ray_roughness_limit) return false;
-    if (is_mirror(q.surface) != is_mirror(p.surface)) return false;
+    Guide g = load_guide(pair);
+    vec3 position = render_position(other, vec2(pair.xy) + 0.5, g.depth);
+    if (g.instance == 0u || !same_surface(p, g, position)) return false;
+    Pixel q = p;
+    q.texel = pair;
+    q.position = position;
+    q.v = normalize(eye_position(other) - position);
+    q.surface.normal = unpack_direction(g.normal);
     // What the other pixel itself reflects decides the way back; an unknown one has only our distance.
     uvec4 word = texelFetch(hit_image, pair, 0);
     float back_distance = hit_distance;
@@ -100,16 +105,19 @@ bool pair_at(Pixel p, float hit_distance, float tolerance, out ivec3 pair) {
 
 // The virtual image's pair, else the surface's own where the lobe is wide enough to cover the difference.
 bool find_pair(Pixel p, out ivec3 pair) {
-    float d = reflected_distance(p);
+    float d = reflected_distance(p.texel, p.instance);
+    uint other = 1u - uint(p.texel.z);
+    vec2 surface_pixel;
+    bool surface_seen = image_in(p, other, 0.0, surface_pixel);
+    // Where this eye knows no distance, the other one may, about the same place of the surface.
+    if (d < 0.0 && surface_seen) d = reflected_distance(ivec3(ivec2(surface_pixel), other), p.instance);
     // Half a pixel of rounding each way comes on top of the lobe's footprint.
     if (d >= 0.0 && pair_at(p, d, max(1.0, lobe_pixels(p, d)) + 0.5, pair)) return true;
     pair = ivec3(0);
-    if (is_mirror(p.surface)) return false;
-    vec2 surface_pixel, image_pixel;
-    uint other = 1u - uint(p.texel.z);
-    if (!image_in(p, other, 0.0, surface_pixel)) return false;
-    float lobe = d >= 0.0 ? lobe_pixels(p, d) : 0.0;
-    if (d < 0.0 || !image_in(p, other, d, image_pixel) || distance(surface_pixel, image_pixel) > lobe) return false;
+    if (is_mirror(p.surface) || !surface_seen || d < 0.0) return false;
+    vec2 image_pixel;
+    float lobe = lobe_pixels(p, d);
+    if (!image_in(p, other, d, image_pixel) || distance(surface_pixel, image_pixel) > lobe) return false;
     return pair_at(p, 0.0, max(1.0, lobe) + 0.5, pair);
 }
 

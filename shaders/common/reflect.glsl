@@ -7,7 +7,8 @@
 struct ReflectionRay {
     vec3 direction;
     float pdf;       // over solid angle; 1 for a mirror, whose weight is Fresnel alone
-    bool above;      // of both normals' horizons; otherwise the sample counts as zero
+    bool above;      // the shading normal's horizon; otherwise the sample counts as zero
+    bool open;       // above the triangle's horizon too; otherwise it sees the triangle itself: black
 };
 
 bool is_mirror(Surface s) { return s.roughness < frame.delta_roughness; }
@@ -24,12 +25,9 @@ ReflectionRay reflection_ray(Surface s, vec3 v, vec2 u) {
         vec3 o = sample_reflection(i, alpha, u);
         ray.direction = normalize(local * o);
         ray.pdf = reflection_pdf(i, o, alpha);
-        if (o.z <= 0.0) {
-            ray.above = false;
-            return ray;
-        }
     }
-    ray.above = dot(ray.direction, s.normal) > 0.0 && dot(ray.direction, s.face_normal) > 0.0;
+    ray.above = dot(ray.direction, s.normal) > 0.0;
+    ray.open = ray.above && dot(ray.direction, s.face_normal) > 0.0;
     return ray;
 }
 

@@ -6,7 +6,10 @@
 #include "camera.glsl"
 #include "hit.glsl"
 
-vec2 load_range(ivec2 cell, int level, uint eye) { return texelFetch(pyramid, ivec3(cell, eye), level).xy; }
+// A ray's very end may round to one cell beyond the image.
+vec2 load_range(ivec2 cell, int level, uint eye) {
+    return texelFetch(pyramid, ivec3(min(cell, ivec2(frame.size) - 1 >> level), eye), level).xy;
+}
 
 #include "march.glsl"
 #include "random.glsl"
@@ -67,8 +70,9 @@ uint finish(ScreenRay r, Segment segment, March m, uint eye, bool behind, inout 
     hit.distance = world_fraction(segment, m.t) * frame.ray_length;
     if (m.result == MARCH_HIT) {
         vec2 pixel = segment.start.xy + segment.delta.xy * m.t;
-        hit.uv = clamp(pixel / vec2(frame.size), vec2(0.0), vec2(1.0));
         ivec3 at = ivec3(clamp(ivec2(pixel), ivec2(0), ivec2(frame.size) - 1), eye);
+        // The pixel's centre: a place a nudge behind its border would round to its neighbour in 16 bits.
+        hit.uv = (vec2(at.xy) + 0.5) / vec2(frame.size);
         vec3 n = unpack_direction(texelFetch(surface_image, at, 0).y);
         if (dot(n, r.ray.direction) >= 0.0) return TALLY_BACK_FACING;
         hit.status = HIT;

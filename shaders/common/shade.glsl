@@ -30,7 +30,7 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
     l = to_light * inversesqrt(d2);
     // KHR_lights_punctual's window.
     float q = d2 / square(light.range);
-    float window = square(clamp(1.0 - q * q, 0.0, 1.0));
+    float window = clamp(1.0 - q * q, 0.0, 1.0);
     float cone = 1.0;
     if (light.kind == 2u) {
         float c = dot(light.direction, -l);

@@ -91,6 +91,9 @@ const uint COUNT_SHIFT = 28u;   // up to eight triangles a leaf, 2²⁸ triangle
 const uint DOUBLE_SIDED = 1u;
 const uint MASKED = 2u;
 
+// A device dispatches at least 65,535 groups a side: longer lists of rays go on in the next row.
+const uint ROW_OF_GROUPS = 32768u;
+
 // Counted over a frame; a word each.
 struct CountersData {
     uint nan;

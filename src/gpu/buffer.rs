@@ -64,6 +64,11 @@ impl Buffer {
     fn new(gpu: &Rc<Gpu>, what: &str, bytes: u64, location: MemoryLocation) -> Result<Buffer, GpuError> {
         // Zero-sized buffers do not exist in Vulkan; an empty scene still binds all of its buffers.
         let size = bytes.max(16);
+        // Staging and readback are never bound as storage.
+        if location == MemoryLocation::GpuOnly && size > gpu.max_storage_bytes() {
+            let reason = format!("the device's largest storage buffer has {} bytes", gpu.max_storage_bytes());
+            return Err(GpuError::Memory { what: what.to_owned(), bytes: size, reason });
+        }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
             | vk::BufferUsageFlags::VERTEX_BUFFER

@@ -267,6 +267,9 @@ fn create_device(
     if there.sampler_anisotropy == vk::FALSE {
         return Err(lacks("anisotropic filtering"));
     }
+    if there.shader_storage_image_extended_formats == vk::FALSE {
+        return Err(lacks("two-channel storage images"));
+    }
     let mut v13 =
         vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
     let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);

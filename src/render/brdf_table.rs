@@ -26,7 +26,7 @@ struct Constants {
 /// # Errors
 /// What the device said.
 pub fn brdf_table(gpu: &Rc<Gpu>, delta_roughness: f32) -> Result<Image, GpuError> {
-    let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(SIZE, SIZE, vk::Format::R32G32B32A32_SFLOAT) };
+    let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(SIZE, SIZE, vk::Format::R16G16B16A16_SFLOAT) };
     let table = Image::new(gpu, "BRDF table", desc)?;
     let pass = ComputePass::new(gpu, "brdf_table", &shaders::BRDF_TABLE_COMP.words(), &[])?;
     let mut frame = Frame::begin(gpu)?;

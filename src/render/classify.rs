@@ -5,8 +5,9 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::needs::Needs;
 use super::shaders;
-use super::targets::{GBuffer, RayList};
+use super::targets::{RayList, Targets};
 
 /// See `shaders/classify.comp`.
 pub struct ClassifyPass {
@@ -16,8 +17,9 @@ pub struct ClassifyPass {
 impl ClassifyPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>) -> Result<ClassifyPass, GpuError> {
-        Ok(ClassifyPass { pass: ComputePass::new(gpu, "classify", &shaders::CLASSIFY_COMP.words(), &[])? })
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<ClassifyPass, GpuError> {
+        let specialization = [u32::from(needs.screen_space)];
+        Ok(ClassifyPass { pass: ComputePass::new(gpu, "classify", &shaders::CLASSIFY_COMP.words(), &specialization)? })
     }
 
     /// # Errors
@@ -26,17 +28,19 @@ impl ClassifyPass {
         &self,
         frame: &mut Frame,
         context: &Context,
-        gbuffer: &GBuffer,
+        targets: &Targets,
         out: &RayList,
     ) -> Result<(), GpuError> {
         out.clear(frame);
         frame
             .compute(&self.pass)
             .read_buffer(&context.frame)
-            .sampled(&gbuffer.surface, &context.nearest)
-            .sampled(&gbuffer.depth, &context.nearest)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
             .write_buffer(&out.rays)
             .write_buffer(&out.arguments)
-            .dispatch_stereo(gbuffer.depth.extent())
+            .sampled(&targets.gbuffer.instance, &context.nearest)
+            .write(&targets.guide)
+            .dispatch_stereo(targets.gbuffer.depth.extent())
     }
 }

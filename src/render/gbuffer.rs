@@ -6,7 +6,7 @@ use ash::vk;
 use glam::DMat3;
 
 use crate::gpu::{Draws, Frame, Geometry, Gpu, GpuError, Image, Input, RasterPass, RasterPassDesc, Target, Targets};
-use crate::scene::{Eye, Scene};
+use crate::scene::{Alpha, Eye, Scene};
 
 use super::context::Context;
 use super::needs::Needs;
@@ -149,7 +149,8 @@ fn draw_instances(draws: &mut Draws<'_>, scene: &Scene, resources: &SceneResourc
         let back = if mirrored { vk::CullModeFlags::FRONT } else { vk::CullModeFlags::BACK };
         let front = if mirrored { vk::CullModeFlags::BACK } else { vk::CullModeFlags::FRONT };
         let cull = match side {
-            Side::BackOfClosed if !primitive.closed => continue,
+            // What is cut out is open: its back wall has the same holes.
+            Side::BackOfClosed if !primitive.closed || matches!(material.alpha, Alpha::Mask { .. }) => continue,
             Side::BackOfClosed => front,
             Side::Front if material.double_sided => vk::CullModeFlags::NONE,
             Side::Front => back,

@@ -44,7 +44,10 @@ impl Needs {
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
         let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));
-        let closed = scene.instances.iter().any(|i| scene.primitives[i.primitive].closed);
+        let closed = scene.instances.iter().any(|i| {
+            let primitive = &scene.primitives[i.primitive];
+            primitive.closed && scene.materials[primitive.material].alpha == Alpha::Opaque
+        });
         let screen = method.answer() == Answer::ScreenSpace;
         let fallback = settings.fallback(scene);
 

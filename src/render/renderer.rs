@@ -92,8 +92,8 @@ struct Passes {
     composite: CompositePass,
 }
 
-/// Samples of a screen-space method recorded into one submission.
-const SAMPLES_A_SUBMISSION: u32 = 32;
+/// Samples of a screen-space method recorded into one submission: eight keep its counts within 32 bits.
+const SAMPLES_A_SUBMISSION: u32 = 8;
 /// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
 const SUBMISSION_SECONDS: f64 = 0.5;
 
@@ -182,7 +182,7 @@ impl Renderer {
             gbuffer: GBufferPass::new(gpu, &self.resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, &self.resources)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
-            classify: needs.rays.then(|| ClassifyPass::new(gpu)).transpose()?,
+            classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             screen_space: match needs.screen_space {
                 false => None,
                 true => Some((
@@ -217,7 +217,7 @@ impl Renderer {
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
-            classify.record(&mut frame, context, &targets.gbuffer, list)?;
+            classify.record(&mut frame, context, targets, list)?;
             if let (Some((pyramid, trace, resolve)), Some(out)) = (&passes.screen_space, &targets.screen_space) {
                 pyramid.record(&mut frame, context, &targets.gbuffer, out)?;
                 for sample in 0..samples {

@@ -70,6 +70,8 @@ pub struct Targets {
     pub gbuffer: GBuffer,
     pub radiance: Image,
     pub rays: Option<RayList>,
+    /// What the resolve asks of neighbours; a single texel where nothing is resolved.
+    pub guide: Image,
     pub screen_space: Option<ScreenSpace>,
     pub path_traced: Option<PathTraced>,
     pub display: Image,
@@ -126,6 +128,10 @@ impl Targets {
         Ok(Targets {
             gbuffer,
             radiance: stereo("radiance", rgba16)?,
+            guide: match needs.screen_space {
+                true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,
+                false => Image::new(gpu, "guide", ImageDesc::stereo(1, 1, vk::Format::R32G32B32A32_UINT))?,
+            },
             rays,
             screen_space,
             path_traced,
