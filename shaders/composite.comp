@@ -11,6 +11,9 @@ layout(constant_id = 0) const uint HAS_REFLECTION = 1u;
 // 1: the linear images are wanted (stills).
 layout(constant_id = 1) const uint WANT_LINEAR = 1u;
 
+// 1: the right eye's reflections are exchanged left and right (catch trials).
+layout(constant_id = 2) const uint UNRELATED = 0u;
+
 layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
 layout(binding = 1, std430) buffer Counters { CountersData counters; };
 layout(binding = 2) uniform usampler2DArray surface_image;
@@ -20,6 +23,12 @@ layout(binding = 5) uniform sampler2DArray reflection_image;
 layout(binding = 6, rgba8) writeonly uniform image2DArray display_image;
 layout(binding = 7, rgba32f) writeonly uniform image2DArray linear_image;
 layout(binding = 8, rgba32f) writeonly uniform image2DArray reflection_out;
+
+// Pixels without a ray were never written.
+bool reflects(ivec3 texel) {
+    if (texelFetch(depth_image, texel, 0).x == 0.0) return false;
+    return unpack_roughness(texelFetch(surface_image, texel, 0)) <= frame.ray_roughness_limit;
+}
 
 vec3 pbr_neutral(vec3 c) {
     const float start = 0.8 - 0.04, desaturation = 0.15;
@@ -45,13 +54,14 @@ void main() {
     if (any(greaterThanEqual(id.xy, frame.size))) return;
     ivec3 texel = ivec3(id);
     vec4 reflection = vec4(0.0);
-    if (HAS_REFLECTION != 0u && texelFetch(depth_image, texel, 0).x > 0.0) {
-        float r = unpack_roughness(texelFetch(surface_image, texel, 0));
-        // Pixels without a ray were never written.
-        if (r <= frame.ray_roughness_limit) reflection = texelFetch(reflection_image, texel, 0);
+    if (HAS_REFLECTION != 0u && reflects(texel)) {
+        ivec3 from = texel;
+        if (UNRELATED != 0u && texel.z == 1) from.x = int(frame.size.x) - 1 - texel.x;
+        if (reflects(from)) reflection = texelFetch(reflection_image, from, 0);
     }
     vec3 sum = texelFetch(radiance_image, texel, 0).rgb + reflection.rgb;
-    if (any(isnan(sum)) || any(isinf(sum))) atomicAdd(counters.nan, 1u);
+    if (any(isnan(sum))) atomicAdd(counters.nan, 1u);
+    if (any(isinf(sum))) atomicAdd(counters.inf, 1u);
     if (WANT_LINEAR != 0u) {
         imageStore(linear_image, texel, vec4(sum, 1.0));
         imageStore(reflection_out, texel, reflection);

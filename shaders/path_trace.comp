@@ -46,6 +46,7 @@ struct Tally {
     uint below_horizon;
     uint sky;
     uint hits;
+    uint nan;
 };
 
 vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
@@ -63,9 +64,11 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     ++tally.hits;
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
-    // Stored radiance is what screen space could have seen: no more than fp16 holds.
-    vec3 radiance = min(shade(other, emission, origin + ray.direction * hit.t, -ray.direction), vec3(65504.0));
-    return weight * radiance;
+    vec3 radiance = shade(other, emission, origin + ray.direction * hit.t, -ray.direction);
+    // `min` may turn a NaN into its other argument, so it is counted first.
+    if (any(isnan(radiance))) ++tally.nan;
+    // What screen space could have seen: no more than fp16 holds.
+    return weight * min(radiance, vec3(65504.0));
 }
 
 void main() {
@@ -84,7 +87,7 @@ void main() {
         compensation = imageLoad(compensation_image, texel).rgb;
         squares = imageLoad(square_image, texel).rgb;
     }
-    Tally tally = Tally(0u, 0u, 0u);
+    Tally tally = Tally(0u, 0u, 0u, 0u);
     for (uint i = first_sample; i < first_sample + sample_count; ++i) {
         vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
         vec3 x = reflected(s, v, origin, u, tally);
@@ -97,7 +100,8 @@ void main() {
     atomicAdd(counters.below_horizon, tally.below_horizon);
     atomicAdd(counters.sky, tally.sky);
     atomicAdd(counters.hits, tally.hits);
-    atomicAdd(counters.rays, sample_count);
+    if (tally.nan > 0u) atomicAdd(counters.nan, tally.nan);
+    atomicAdd(counters.rays, tally.sky + tally.hits);
     float n = float(first_sample + sample_count);
     imageStore(sum_image, texel, vec4(sum, n));
     imageStore(compensation_image, texel, vec4(compensation, 0.0));

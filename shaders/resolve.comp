@@ -4,7 +4,7 @@
 // L = Σ L_i·f_i·cos_i/p_i / Σ f_i·cos_i/p_i, per channel, times the lobe's own albedo F0·A + B.
 // Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
 // With REPROJECT (paper §4.3) the taps are shared with the other eye's pixel that shows the same reflection: half of
-// the pattern from each eye, the same set for both, so that their noise is the same.
+// the pattern from each eye, and where two pixels are each other's partner the same set for both, with the same noise.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -70,7 +70,7 @@ Tap load_tap(Pixel p, ivec3 texel) {
     return tap;
 }
 
-void add(inout Sums sums, Pixel p, Tap tap) {
+void add(inout Sums sums, Pixel p, Tap tap, bool across) {
     Hit h = unpack_hit(tap.word);
     vec3 l = h.direction;
     float pdf = h.pdf;
@@ -79,7 +79,7 @@ void add(inout Sums sums, Pixel p, Tap tap) {
         l = normalize_or(to_hit, l);
         // Between the eyes the reflecting points lie further apart than between neighbours: the density over solid
         // angle changes with the distance to what both see.
-        if (REPROJECT != 0u && !is_mirror(p.surface)) {
+        if (across && !is_mirror(p.surface)) {
             pdf *= clamp(dot(to_hit, to_hit) / max(square(h.distance), 1e-12), 0.25, 4.0);
         }
     }
@@ -119,9 +119,9 @@ void main() {
                     if (known(other.word) && !known(own.word)) own.usable = false;
                     else if (mirror || known(own.word) && !known(other.word)) other.usable = false;
                 }
-                if (other.usable) add(sums, p, other);
+                if (other.usable) add(sums, p, other, true);
             }
-            if (own.usable) add(sums, p, own);
+            if (own.usable) add(sums, p, own, false);
         }
     }
     if (SUMS != 0u) {

@@ -46,9 +46,9 @@ fn host() -> BTreeMap<String, Layout> {
             light_count,
             max_steps,
             fallback,
-            specular_levels,
             firefly,
-            reserved,
+            reserved0,
+            reserved1,
         }),
         layout!(LightData {
             position,

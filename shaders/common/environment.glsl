@@ -1,5 +1,5 @@
 // Light from infinity. Needs `environment_map`, `irradiance_map` and `specular_map` (sampler2D; the last with the
-// prefiltered levels one below the other) and `frame` from the includer.
+// prefiltered levels one below the other) from the includer.
 #ifndef ENVIRONMENT_GLSL
 #define ENVIRONMENT_GLSL
 #include "math.glsl"
@@ -14,20 +14,27 @@ vec3 environment_radiance(vec3 d) { return textureLod(environment_map, equirect_
 // Irradiance / π.
 vec3 environment_irradiance(vec3 n) { return textureLod(irradiance_map, equirect_uv(n), 0.0).rgb; }
 
+// Each level is twice as wide as high.
+float specular_levels() {
+    ivec2 size = textureSize(specular_map, 0);
+    return float(size.y * 2 / size.x);
+}
+
 vec3 specular_level(vec2 uv, float level) {
     // Half a texel from the seams, so that the levels do not bleed into each other.
-    float rows = float(textureSize(specular_map, 0).y) / float(frame.specular_levels);
+    float levels = specular_levels();
+    float rows = float(textureSize(specular_map, 0).y) / levels;
     float v = clamp(uv.y, 0.5 / rows, 1.0 - 0.5 / rows);
-    return textureLod(specular_map, vec2(uv.x, (level + v) / float(frame.specular_levels)), 0.0).rgb;
+    return textureLod(specular_map, vec2(uv.x, (level + v) / levels), 0.0).rgb;
 }
 
 // GGX-prefiltered radiance about d.
 vec3 environment_specular(vec3 d, float roughness) {
-    float level = clamp(roughness, 0.0, 1.0) * float(frame.specular_levels - 1u);
+    float top = specular_levels() - 1.0;
+    float level = clamp(roughness, 0.0, 1.0) * top;
     vec2 uv = equirect_uv(d);
     float below = floor(level);
-    float above = min(below + 1.0, float(frame.specular_levels - 1u));
-    return mix(specular_level(uv, below), specular_level(uv, above), level - below);
+    return mix(specular_level(uv, below), specular_level(uv, min(below + 1.0, top)), level - below);
 }
 
 #endif

@@ -26,9 +26,9 @@ struct FrameUniform {
     uint light_count;
     uint max_steps;            // of a march
     uint fallback;             // 0 black, 1 map
-    uint specular_levels;      // of the prefiltered environment
     uint firefly;              // 1: tone-mapped weights in the resolve
-    uint reserved;
+    uint reserved0;
+    uint reserved1;
 };
 
 struct LightData {

@@ -12,7 +12,7 @@ use crate::console::{Console, check_interrupted};
 use crate::gpu::{DeviceInfo, PassTime};
 use crate::picture::{self, Part};
 use crate::render::needs;
-use crate::render::shared::CountersData;
+use crate::render::shared::Counts;
 use crate::render::{Firefly, Method, Rendered, Renderer, Request, Settings, Streams, median_of_sorted};
 use crate::scene::{self, Fallback};
 
@@ -21,6 +21,7 @@ use super::device::{self, Size};
 
 /// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json.
 #[derive(Debug, ClapArgs)]
+#[command(after_help = methods())]
 pub struct Args {
     /// A built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
@@ -36,7 +37,7 @@ pub struct Args {
     /// Rays (or paths) a pixel.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=65536))]
     spp: Option<u32>,
-    /// Frames to time; the image is that of the first, times are medians.
+    /// Frames to time, all alike; times are medians, and the first of several only warms up.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// Seed of the random numbers.
@@ -66,6 +67,12 @@ pub struct Args {
     /// Run every pass, needed or not; the image must not change.
     #[arg(long)]
     all_passes: bool,
+}
+
+/// Every method with its description, for `--help`.
+fn methods() -> String {
+    let lines = Method::described().map(|(name, about)| format!("  {name:<24} {about}\n"));
+    format!("Methods (each also as NAME@N, with N rays a pixel):\n{}", lines.collect::<String>())
 }
 
 /// [`Fallback`] on the command line.
@@ -103,11 +110,11 @@ struct Report<'a> {
     total_ms: f64,
     frame_wall_ms: f64,
     left_out: &'a [needs::Part],
-    nan: u32,
-    inf: u32,
-    clamped: u32,
+    nan: u64,
+    inf: u64,
+    clamped: u64,
     missed: u64,
-    counters: CountersData,
+    counters: Counts,
     triangles: usize,
     settings: &'a Settings,
     repairs: &'a [String],

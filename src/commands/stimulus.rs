@@ -148,10 +148,14 @@ fn write(into: &Path, rendered: &Rendered) -> Result<(), picture::PictureError> 
     picture::write_side_by_side(&into.join("sbs.png"), width, height, [left, right])
 }
 
-/// Of the luminance, over the pixels that reflect; the channels' errors are taken as one.
+/// Of the luminance, over the pixels that reflect; the channels' errors are taken as independent.
 fn mean_standard_error(rendered: &Rendered) -> Option<f64> {
     let error = rendered.error.as_ref()?;
-    let luminance = |c: &[f32; 3]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
-    let values: Vec<f64> = error.eyes.iter().flatten().filter(|c| **c != [0.0; 3]).map(luminance).collect();
+    let luminance = |c: &[f32; 3]| {
+        let weighted = [0.2126, 0.7152, 0.0722].iter().zip(c).map(|(w, &x)| (w * f64::from(x)).powi(2));
+        weighted.sum::<f64>().sqrt()
+    };
+    let pixels = error.eyes.iter().flatten().zip(rendered.reflection.eyes.iter().flatten());
+    let values: Vec<f64> = pixels.filter(|(_, r)| **r != [0.0; 3]).map(|(e, _)| luminance(e)).collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

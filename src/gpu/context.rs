@@ -262,12 +262,9 @@ fn create_device(
     family: u32,
     lacks: &dyn Fn(&str) -> GpuError,
 ) -> Result<ash::Device, GpuError> {
-    let mut there13 = vk::PhysicalDeviceVulkan13Features::default();
-    let mut there = vk::PhysicalDeviceFeatures2::default().push_next(&mut there13);
-    // SAFETY: `physical` comes from this instance and the chain lives for the call.
-    unsafe { instance.get_physical_device_features2(physical, &mut there) };
-    let core = there.features;
-    if core.sampler_anisotropy == vk::FALSE || core.independent_blend == vk::FALSE {
+    // SAFETY: `physical` comes from this instance.
+    let there = unsafe { instance.get_physical_device_features(physical) };
+    if there.sampler_anisotropy == vk::FALSE {
         return Err(lacks("anisotropic filtering"));
     }
     let mut v13 =

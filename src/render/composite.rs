@@ -5,6 +5,7 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::method::Method;
 use super::needs::Needs;
 use super::shaders;
 use super::targets::Targets;
@@ -17,8 +18,8 @@ pub struct CompositePass {
 impl CompositePass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<CompositePass, GpuError> {
-        let specialization = [u32::from(needs.rays), 1];
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, method: &Method) -> Result<CompositePass, GpuError> {
+        let specialization = [u32::from(needs.rays), 1, u32::from(method.unrelated())];
         let words = shaders::COMPOSITE_COMP.words();
         Ok(CompositePass { pass: ComputePass::new(gpu, "composite", &words, &specialization)? })
     }

@@ -11,7 +11,7 @@ use crate::scene::{Eye, Fallback, Scene, StereoCamera};
 use super::brdf_table::brdf_table;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
-use super::upload::{self, EnvironmentMaps, SceneResources};
+use super::upload::{self, SceneResources};
 
 /// Frame-wide inputs.
 pub struct Context {
@@ -36,7 +36,7 @@ impl Context {
         settings: &Settings,
     ) -> Result<Context, GpuError> {
         let head = camera.head();
-        let uniform = frame_uniform(scene, &resources.environment, camera, settings);
+        let uniform = frame_uniform(scene, camera, settings);
         let words = |n: usize| n as u64 * 4;
         let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
         frame.write(bytemuck::bytes_of(&uniform));
@@ -79,7 +79,7 @@ pub fn read_image(gpu: &Rc<Gpu>, image: &Image) -> Result<Vec<u8>, GpuError> {
     Ok(host.read())
 }
 
-fn frame_uniform(scene: &Scene, maps: &EnvironmentMaps, camera: &StereoCamera, settings: &Settings) -> FrameUniform {
+fn frame_uniform(scene: &Scene, camera: &StereoCamera, settings: &Settings) -> FrameUniform {
     let head = camera.head();
     let eyes = Eye::BOTH.map(|eye| {
         let e = camera.eye(eye);
@@ -115,9 +115,9 @@ fn frame_uniform(scene: &Scene, maps: &EnvironmentMaps, camera: &StereoCamera, s
         light_count: scene.lights.len() as u32,
         max_steps: settings.max_steps,
         fallback: u32::from(settings.fallback(scene) != Fallback::Black),
-        specular_levels: maps.specular_levels,
         firefly: u32::from(settings.firefly == Firefly::ToneMapped),
-        reserved: 0,
+        reserved0: 0,
+        reserved1: 0,
     }
 }
 

@@ -28,6 +28,7 @@ struct Base {
     other_eye: bool,
     stereo_fade: bool,
     reprojection: bool,
+    unrelated: bool,
     samples: u32,
 }
 
@@ -40,6 +41,7 @@ const SSSR: Base = Base {
     other_eye: false,
     stereo_fade: false,
     reprojection: false,
+    unrelated: false,
     samples: 1,
 };
 
@@ -68,6 +70,12 @@ const BASES: &[Base] = &[
         name: "sssr-thickness",
         about: "the baseline without back faces: every mesh is as thick as an open one",
         back_faces: false,
+        ..SSSR
+    },
+    Base {
+        name: "unrelated",
+        about: "for catch trials: the right eye's reflections exchanged left and right, so that nothing fits",
+        unrelated: true,
         ..SSSR
     },
     Base {
@@ -146,6 +154,11 @@ impl Method {
     /// Samples are shared between the eyes (paper §4.3).
     pub fn reprojection(&self) -> bool {
         self.base.reprojection
+    }
+
+    /// The right eye's reflections are exchanged left and right.
+    pub fn unrelated(&self) -> bool {
+        self.base.unrelated
     }
 
     /// Rays (or paths) a pixel.

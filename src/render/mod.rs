@@ -14,6 +14,7 @@ pub mod method;
 mod mips;
 pub mod needs;
 mod path_trace;
+mod probe;
 mod renderer;
 mod resolve;
 pub mod settings;

@@ -29,10 +29,10 @@ pub struct Needs {
     pub rays: bool,
     /// Depth pyramid, screen-space march, resolve.
     pub screen_space: bool,
+    /// A probe stands in for unknown rays.
+    pub probe: bool,
     /// The reference's passes.
     pub path_trace: bool,
-    /// A surface too rough for rays, or a fallback, looks up the prefiltered environment.
-    pub specular_environment: bool,
     parts: Vec<Part>,
 }
 
@@ -44,7 +44,6 @@ impl Needs {
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
         let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));
-        let too_rough = used().any(|m| may_exceed(m, settings.ray_roughness_limit));
         let closed = scene.instances.iter().any(|i| scene.primitives[i.primitive].closed);
         let screen = method.answer() == Answer::ScreenSpace;
         let fallback = settings.fallback(scene);
@@ -60,12 +59,6 @@ impl Needs {
             parts.never("backface", "the method does not use back faces")
         };
         parts.always("lighting");
-        let specular_environment = parts.add(
-            "specular-environment",
-            too_rough || fallback != Fallback::Black,
-            "surfaces too rough for rays, or a fallback, look it up",
-            "every surface traces rays and the fallback is black",
-        );
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
         for name in ["depth_pyramid", "trace", "resolve"] {
             if screen {
@@ -74,6 +67,12 @@ impl Needs {
                 parts.never(name, "the method asks the scene's geometry");
             }
         }
+        let probe = match (screen, fallback) {
+            (true, Fallback::Probe) => {
+                parts.needed("probe", rays, "unknown rays see the scene's probe", "no surface traces a ray")
+            }
+            _ => parts.never("probe", "nothing falls back to a probe"),
+        };
         if screen {
             parts.never("path_trace", "the method asks the views");
         } else {
@@ -94,8 +93,8 @@ impl Needs {
             back_faces,
             rays,
             screen_space: screen && rays,
+            probe,
             path_trace: !screen && rays,
-            specular_environment,
             parts,
         }
     }
@@ -130,6 +129,12 @@ impl Parts {
         runs
     }
 
+    /// Runs when it is needed; forcing it on would bring nothing that is looked at.
+    fn needed(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
+        self.list.push(Part { name, runs: needed, why: if needed { yes } else { no }.to_owned() });
+        needed
+    }
+
     fn always(&mut self, name: &'static str) {
         self.list.push(Part { name, runs: true, why: "every frame".to_owned() });
     }
@@ -144,8 +149,4 @@ impl Parts {
 /// The texture's values lie in [0, 1], so the factor is the most that roughness can be and 0 the least.
 fn may_reflect(material: &Material, limit: f32) -> bool {
     material.roughness <= limit || material.metallic_roughness_texture.is_some()
-}
-
-fn may_exceed(material: &Material, limit: f32) -> bool {
-    material.roughness > limit
 }

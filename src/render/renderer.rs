@@ -19,12 +19,13 @@ use super::lighting::LightingPass;
 use super::method::Method;
 use super::needs::{Needs, Part};
 use super::path_trace::PathTracePass;
+use super::probe::probe;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
-use super::shared::CountersData;
+use super::shared::{CountersData, Counts};
 use super::targets::Targets;
 use super::trace::TracePass;
-use super::upload::SceneResources;
+use super::upload::{EnvironmentMaps, SceneResources};
 
 /// A picture could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +38,7 @@ pub enum RenderError {
     #[error(
         "scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused"
     )]
-    NotFinite { scene: String, method: String, nan: u32, inf: u32 },
+    NotFinite { scene: String, method: String, nan: u64, inf: u64 },
 }
 
 /// A stereo still with what is known of its making.
@@ -55,7 +56,7 @@ pub struct Rendered {
     /// Wall time of each frame, ms.
     pub frame_ms: Vec<f64>,
     /// Of one frame.
-    pub counters: CountersData,
+    pub counters: Counts,
     pub parts: Vec<Part>,
     pub left_out: Vec<Part>,
     /// Rays or paths a pixel.
@@ -77,6 +78,7 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: SceneResources,
     rays: Option<RayScene>,
+    probe: Option<EnvironmentMaps>,
 }
 
 /// The passes of a frame, made for its needs.
@@ -102,7 +104,7 @@ impl Renderer {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = SceneResources::new(gpu, &scene)?;
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None })
+        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None })
     }
 
     /// The scene it was made for.
@@ -125,25 +127,30 @@ impl Renderer {
         let targets = Targets::new(&self.gpu, settings, &needs, method)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
         let passes = self.passes(&needs, settings, method)?;
-        if needs.path_trace && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
+        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
+        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
             let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
             if rays.halvings > 0 {
                 tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
             }
             self.rays = Some(rays);
         }
-        let (mut times, mut frame_ms) = (Vec::new(), Vec::new());
+        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &self.rays) {
+            self.probe = Some(probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?);
+        }
+        // Only where the settings ask for it: an earlier picture's probe is kept, not looked at.
+        let fallback = self.probe.as_ref().filter(|_| needs.probe).unwrap_or(&self.resources.environment);
+        let (mut times, mut frame_ms, mut counters) = (Vec::new(), Vec::new(), Counts::default());
         let warm_up = u32::from(frames > 1);
         for number in 0..frames.max(1) + warm_up {
             let start = Instant::now();
-            let time = self.frame(&passes, &context, &targets, samples, progress)?;
+            let (time, counted) = self.frame(&passes, &context, &targets, fallback, samples, progress)?;
+            counters = counted;
             if number >= warm_up {
                 frame_ms.push(start.elapsed().as_secs_f64() * 1e3);
                 times.push(by_name(time));
             }
         }
-        let counters: CountersData =
-            bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &context.counters)?[..size_of::<CountersData>()]);
         if counters.nan > 0 || counters.inf > 0 {
             return Err(RenderError::NotFinite {
                 scene: self.scene.name.clone(),
@@ -185,7 +192,7 @@ impl Renderer {
                 )),
             },
             path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,
-            composite: CompositePass::new(gpu, needs)?,
+            composite: CompositePass::new(gpu, needs, method)?,
         })
     }
 
@@ -194,12 +201,13 @@ impl Renderer {
         passes: &Passes,
         context: &Context,
         targets: &Targets,
+        fallback: &EnvironmentMaps,
         samples: u32,
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
-    ) -> Result<Vec<PassTime>, RenderError> {
+    ) -> Result<(Vec<PassTime>, Counts), RenderError> {
         let (scene, resources) = (&*self.scene, &self.resources);
         let mut frame = Frame::begin(&self.gpu)?;
-        let mut times = Vec::new();
+        let (mut times, mut counts) = (Vec::new(), Counts::default());
         frame.fill(&context.counters, 0);
         passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
         if let (Some(pass), Some(out)) = (&passes.back_face, &targets.screen_space)
@@ -216,10 +224,10 @@ impl Renderer {
                     if sample > 0 && sample % SAMPLES_A_SUBMISSION == 0 {
                         times.extend(frame.finish()?);
                         progress(sample, samples)?;
-                        frame = Frame::begin(&self.gpu)?;
+                        frame = self.next_submission(context, &mut counts)?;
                     }
                     trace.record(&mut frame, context, &targets.gbuffer, list, out, sample)?;
-                    resolve.record(&mut frame, resources, context, targets, (sample, samples))?;
+                    resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
                 }
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
@@ -230,7 +238,7 @@ impl Renderer {
                     let start = Instant::now();
                     times.extend(frame.finish()?);
                     let seconds = start.elapsed().as_secs_f64();
-                    frame = Frame::begin(&self.gpu)?;
+                    frame = self.next_submission(context, &mut counts)?;
                     first += count;
                     progress(first, samples)?;
                     // The first one also rasterises and compiles; it only makes the next estimate cautious.
@@ -241,7 +249,22 @@ impl Renderer {
         }
         passes.composite.record(&mut frame, context, targets)?;
         times.extend(frame.finish()?);
-        Ok(times)
+        self.count(context, &mut counts)?;
+        Ok((times, counts))
+    }
+
+    /// The counters so far, and a submission that starts them anew.
+    fn next_submission(&self, context: &Context, counts: &mut Counts) -> Result<Frame, GpuError> {
+        self.count(context, counts)?;
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.fill(&context.counters, 0);
+        Ok(frame)
+    }
+
+    fn count(&self, context: &Context, counts: &mut Counts) -> Result<(), GpuError> {
+        let bytes = read_buffer(&self.gpu, &context.counters)?;
+        counts.add(&bytemuck::pod_read_unaligned::<CountersData>(&bytes[..size_of::<CountersData>()]));
+        Ok(())
     }
 
     fn picture(&self, image: &Image) -> Result<StereoPicture, GpuError> {

@@ -11,7 +11,7 @@ use super::method::Method;
 use super::settings::Settings;
 use super::shaders;
 use super::targets::Targets;
-use super::upload::SceneResources;
+use super::upload::{EnvironmentMaps, SceneResources};
 
 /// See `shaders/resolve.comp`.
 pub struct ResolvePass {
@@ -34,7 +34,8 @@ impl ResolvePass {
         Ok(ResolvePass { pass: ComputePass::new(gpu, "resolve", &shaders::RESOLVE_COMP.words(), &specialization)? })
     }
 
-    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection.
+    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection. `fallback` is what unknown
+    /// rays see, where the settings want more than black.
     ///
     /// # Errors
     /// What the device said.
@@ -42,6 +43,7 @@ impl ResolvePass {
         &self,
         frame: &mut Frame,
         resources: &SceneResources,
+        fallback: &EnvironmentMaps,
         context: &Context,
         targets: &Targets,
         (sample, samples): (u32, u32),
@@ -65,7 +67,7 @@ impl ResolvePass {
             .sampled(&targets.radiance, &context.nearest)
             .sampled(&maps.radiance, &maps.sampler)
             .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&maps.specular, &maps.sampler)
+            .sampled(&fallback.specular, &fallback.sampler)
             .sampled(&context.brdf_table, &context.linear)
             .read_buffer(&context.lights)
             .write(&out.reflection)

@@ -46,10 +46,10 @@ pub struct FrameUniform {
     pub max_steps: u32,
     /// 0 black, 1 the specular map.
     pub fallback: u32,
-    pub specular_levels: u32,
     /// 1: tone-mapped weights in the resolve.
     pub firefly: u32,
-    pub reserved: u32,
+    pub reserved0: u32,
+    pub reserved1: u32,
 }
 
 /// A punctual light.
@@ -184,9 +184,9 @@ pub struct TriangleData {
     pub flags: u32,
 }
 
-/// What a frame counted on the device.
+/// What a submission counted on the device.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct CountersData {
     pub nan: u32,
     pub inf: u32,
@@ -205,10 +205,51 @@ pub struct CountersData {
     pub steps: u32,
 }
 
-impl CountersData {
+/// [`CountersData`] summed over a frame's submissions: 1,024 paths a pixel of a large image are more than 32 bits hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counts {
+    pub nan: u64,
+    pub inf: u64,
+    /// Radiance beyond fp16.
+    pub clamped: u64,
+    pub rays: u64,
+    pub hits: u64,
+    pub sky: u64,
+    pub left_view: u64,
+    pub behind: u64,
+    pub back_facing: u64,
+    /// Marches that ran out of steps.
+    pub budget: u64,
+    /// Samples below the horizon: no ray, counted as zero.
+    pub below_horizon: u64,
+    pub steps: u64,
+}
+
+impl Counts {
+    /// Adds what one submission counted.
+    pub fn add(&mut self, c: &CountersData) {
+        let pairs = [
+            (&mut self.nan, c.nan),
+            (&mut self.inf, c.inf),
+            (&mut self.clamped, c.clamped),
+            (&mut self.rays, c.rays),
+            (&mut self.hits, c.hits),
+            (&mut self.sky, c.sky),
+            (&mut self.left_view, c.left_view),
+            (&mut self.behind, c.behind),
+            (&mut self.back_facing, c.back_facing),
+            (&mut self.budget, c.budget),
+            (&mut self.below_horizon, c.below_horizon),
+            (&mut self.steps, c.steps),
+        ];
+        for (sum, n) in pairs {
+            *sum += u64::from(n);
+        }
+    }
+
     /// Rays whose answer is unknown.
     pub fn missed(&self) -> u64 {
-        [self.left_view, self.behind, self.back_facing, self.budget].iter().map(|&n| u64::from(n)).sum()
+        self.left_view + self.behind + self.back_facing + self.budget
     }
 }
 

@@ -25,9 +25,8 @@ pub struct Range {
 pub struct EnvironmentMaps {
     pub radiance: Image,
     pub irradiance: Image,
-    /// Levels one below the other.
+    /// Levels one below the other, each twice as wide as high.
     pub specular: Image,
-    pub specular_levels: u32,
     pub sampler: Sampler,
 }
 
@@ -116,7 +115,6 @@ impl EnvironmentMaps {
             radiance: upload_equirect(gpu, "environment", &environment.radiance)?,
             irradiance: upload_equirect(gpu, "irradiance", &environment.irradiance)?,
             specular: upload_equirect(gpu, "specular environment", &stacked)?,
-            specular_levels: levels,
             sampler: Sampler::new(gpu, Filter::EQUIRECT)?,
         })
     }

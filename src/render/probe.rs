@@ -1,0 +1,64 @@
+//! The fallback `probe`: radiance about the scene's first view, prefiltered once a scene.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::scene::{Environment, Equirect, Scene};
+
+use super::bvh::RayScene;
+use super::context::{Context, read_image};
+use super::needs::Needs;
+use super::shaders;
+use super::upload::{EnvironmentMaps, SceneResources};
+
+/// Texels of the probe; its height is half of it.
+const WIDTH: u32 = 128;
+/// Rays a texel.
+const SAMPLES: u32 = 16;
+
+/// Traces and prefilters the probe. It stands where the first view's head is, whatever view is rendered, so that every
+/// picture of a scene falls back to the same light.
+///
+/// # Errors
+/// What the device said.
+pub fn probe(
+    gpu: &Rc<Gpu>,
+    scene: &Scene,
+    resources: &SceneResources,
+    rays: &RayScene,
+    context: &Context,
+    needs: &Needs,
+) -> Result<EnvironmentMaps, GpuError> {
+    let place = scene.views.first().map_or(context.head, |v| v.position) - context.head;
+    let place = place.as_vec3().extend(SAMPLES as f32).to_array();
+    let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(WIDTH, WIDTH / 2, vk::Format::R32G32B32A32_SFLOAT) };
+    let image = Image::new(gpu, "probe", desc)?;
+    let pass = ComputePass::new(gpu, "probe", &shaders::PROBE_COMP.words(), &[u32::from(needs.mask)])?;
+    let maps = &resources.environment;
+    let mut frame = Frame::begin(gpu)?;
+    frame
+        .compute(&pass)
+        .read_buffer(&context.frame)
+        .read_buffer(&context.lights)
+        .sampled(&rays.nodes, &context.nearest)
+        .sampled(&rays.triangles, &context.nearest)
+        .read_buffer(&context.instances)
+        .read_buffer(&resources.materials)
+        .read_buffer(&rays.textures)
+        .read_buffer(&rays.texels)
+        .read_buffer(&resources.vertices)
+        .read_buffer(&resources.indices)
+        .sampled(&maps.radiance, &maps.sampler)
+        .sampled(&maps.irradiance, &maps.sampler)
+        .sampled(&maps.specular, &maps.sampler)
+        .sampled(&context.brdf_table, &context.linear)
+        .write(&image)
+        .constants(&place)
+        .dispatch(WIDTH / 8, WIDTH / 16, 1)?;
+    frame.finish()?;
+    let float = |t: &[u8], i: usize| f32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]]);
+    let texels = read_image(gpu, &image)?.chunks_exact(16).map(|t| [float(t, 0), float(t, 4), float(t, 8)]).collect();
+    EnvironmentMaps::new(gpu, &Environment::from_radiance(Equirect { width: WIDTH, height: WIDTH / 2, texels }))
+}

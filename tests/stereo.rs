@@ -1,0 +1,145 @@
+//! What the stereo-consistent method promises over the baseline, on scenes small enough to know the answer.
+#![cfg(feature = "gpu")]
+
+mod pictures;
+
+use std::sync::Arc;
+
+use cyclopean::render::{Settings, Streams};
+use cyclopean::scene::{Scene, StereoCamera};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use pictures::{
+    glowing, gpu, look, material, plane, relative_squared_error, render, render_from, scene, settings, sphere,
+};
+
+/// A glossy floor, a wall of light stripes behind it, a column in the middle: part of what the floor reflects stands
+/// beyond each eye's border or behind the column, seen by the other eye alone.
+fn hall(roughness: f32) -> Arc<Scene> {
+    let place = |scale: DVec3, turn: DQuat, at: DVec3| DAffine3::from_scale_rotation_translation(scale, turn, at);
+    let floor = place(DVec3::new(4.0, 1.0, 3.0), DQuat::IDENTITY, DVec3::new(0.0, 0.0, -1.5));
+    let mut parts = vec![(plane(4), material(roughness), floor)];
+    let upright = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    for i in 0..8 {
+        let color = if i % 2 == 0 { Vec3::new(1.0, 0.6, 0.2) } else { Vec3::new(0.05, 0.2, 0.6) };
+        let stripe = place(DVec3::new(1.0, 1.0, 4.0), upright, DVec3::new(f64::from(i) - 3.5, 2.0, -3.0));
+        parts.push((plane(2), glowing(color), stripe));
+    }
+    let column = place(DVec3::new(0.08, 0.6, 0.08), DQuat::IDENTITY, DVec3::new(0.0, 0.6, -0.6));
+    parts.push((sphere(16), glowing(Vec3::new(0.3, 0.9, 0.3)), column));
+    let mut view = look(DVec3::new(0.0, 0.7, 1.0), DVec3::new(0.0, 0.6, -3.0));
+    // Far apart, so that a small picture shows it.
+    view.ipd_m = 0.3;
+    Arc::new(scene(parts, 0.0, view))
+}
+
+fn small() -> Settings {
+    settings(96, 64)
+}
+
+#[test]
+fn the_other_eye_answers_rays_that_the_baseline_misses() {
+    let (gpu, scene) = (gpu(), hall(0.1));
+    let baseline = render(&gpu, &scene, "sssr", &small());
+    let stereo = render(&gpu, &scene, "stereo-no-reprojection", &small());
+    let (missed, before) = (stereo.counters.missed(), baseline.counters.missed());
+    assert_eq!(stereo.counters.rays, baseline.counters.rays);
+    assert!(missed * 10 < before * 9, "{missed} missed, {before} by the baseline");
+}
+
+#[test]
+fn it_comes_nearer_to_the_reference_than_the_baseline() {
+    let gpu = gpu();
+    for cant in [0.0, 0.04] {
+        let mut scene = (*hall(0.25)).clone();
+        scene.views[0].cant_rad = cant;
+        let scene = Arc::new(scene);
+        let settings = Settings { edge_fade: 0.1, ..small() };
+        let reference = render(&gpu, &scene, "path-traced@512", &settings);
+        let error = |method: &str| {
+            let rendered = render(&gpu, &scene, method, &settings);
+            let mask = |eye: usize, i: usize| reference.reflection.eyes[eye][i][0] > 0.0;
+            relative_squared_error(&rendered.reflection, &reference.reflection, mask)
+        };
+        let (baseline, stereo) = (error("sssr@4"), error("stereo@4"));
+        assert!(stereo < 0.95 * baseline, "cant {cant}: {stereo} and {baseline} by the baseline");
+        assert!(stereo < error("stereo-no-fade@4"), "cant {cant}: the fade is worth something");
+    }
+}
+
+#[test]
+fn eyes_in_one_place_with_one_stream_see_the_same() {
+    let gpu = gpu();
+    let mut scene = (*hall(0.3)).clone();
+    scene.views[0].ipd_m = 0.0;
+    let scene = Arc::new(scene);
+    let settings = Settings { streams: Streams::Shared, ..small() };
+    for method in ["stereo", "stereo-no-traversal", "stereo-no-fade", "stereo-no-reprojection"] {
+        let rendered = render(&gpu, &scene, method, &settings);
+        assert_eq!(rendered.linear.eyes[0], rendered.linear.eyes[1], "{method}");
+    }
+    // Without reuse between the eyes nothing is left that could differ from the baseline but the world fraction's
+    // rounding where a ray was handed over and back.
+    let (a, b) = (render(&gpu, &scene, "sssr", &settings), render(&gpu, &scene, "stereo-no-reprojection", &settings));
+    let differing = a.linear.eyes[0].iter().zip(&b.linear.eyes[0]).filter(|(x, y)| x != y).count();
+    assert!(differing * 100 < a.linear.eyes[0].len(), "{differing} pixels");
+}
+
+#[test]
+fn exchanged_eyes_exchange_the_pictures() {
+    let (gpu, scene) = (gpu(), hall(0.3));
+    let settings = Settings { streams: Streams::Shared, edge_fade: 0.1, ..small() };
+    let camera = scene.views[0].stereo_camera(settings.aspect());
+    let exchanged = StereoCamera { left: camera.right, right: camera.left };
+    let a = render_from(&gpu, &scene, "stereo", &settings, &camera);
+    let b = render_from(&gpu, &scene, "stereo", &settings, &exchanged);
+    assert_eq!(a.linear.eyes[0], b.linear.eyes[1]);
+    assert_eq!(a.linear.eyes[1], b.linear.eyes[0]);
+}
+
+#[test]
+fn reuse_between_the_eyes_makes_their_noise_alike() {
+    let gpu = gpu();
+    let mut scene = (*hall(0.45)).clone();
+    // So near that the same pixel of both eyes shows the same: what differs is noise.
+    scene.views[0].ipd_m = 1e-3;
+    let scene = Arc::new(scene);
+    let difference = |method: &str| {
+        let rendered = render(&gpu, &scene, method, &small());
+        let [left, right] = &rendered.reflection.eyes;
+        left.iter().zip(right).map(|(l, r)| f64::from(l[1] - r[1]).powi(2)).sum::<f64>()
+    };
+    let (with, without) = (difference("stereo"), difference("stereo-no-reprojection"));
+    assert!(with < 0.5 * without, "{with} with reuse, {without} without");
+}
+
+#[test]
+fn unrelated_reflections_are_exchanged_in_the_right_eye_alone() {
+    let (gpu, scene) = (gpu(), hall(0.1));
+    let plain = render(&gpu, &scene, "sssr", &small());
+    let unrelated = render(&gpu, &scene, "unrelated", &small());
+    assert_eq!(plain.linear.eyes[0], unrelated.linear.eyes[0]);
+    let width = 96;
+    let mut compared = 0;
+    for (i, texel) in unrelated.reflection.eyes[1].iter().enumerate() {
+        let mirrored = i / width * width + (width - 1 - i % width);
+        if *texel != [0.0; 3] {
+            assert_eq!(*texel, plain.reflection.eyes[1][mirrored]);
+            compared += 1;
+        }
+    }
+    assert!(compared > 500, "{compared}");
+}
+
+#[test]
+fn a_probe_stands_in_for_what_no_eye_sees() {
+    use cyclopean::scene::Fallback;
+    let (gpu, scene) = (gpu(), hall(0.1));
+    let reference = render(&gpu, &scene, "path-traced@256", &small());
+    let error = |fallback| {
+        let rendered = render(&gpu, &scene, "sssr@4", &Settings { fallback: Some(fallback), ..small() });
+        let mask = |eye: usize, i: usize| reference.reflection.eyes[eye][i][0] > 0.0;
+        relative_squared_error(&rendered.reflection, &reference.reflection, mask)
+    };
+    let (probe, black) = (error(Fallback::Probe), error(Fallback::Black));
+    assert!(probe < 0.8 * black, "{probe} with the probe, {black} with black");
+}
