@@ -69,7 +69,7 @@ pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
         }
     }
     let encoding = exr_io::Encoding::SMALL_LOSSLESS;
-    let views = VIEWS.iter().map(|v| exr_io::Text::new_or_panic(v)).collect();
+    let views = VIEWS.iter().map(exr_io::Text::new_or_panic).collect();
     let attributes = LayerAttributes { multi_view_names: Some(views), ..LayerAttributes::default() };
     let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(list)));
     let mut bytes = Cursor::new(Vec::new());

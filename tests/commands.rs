@@ -140,7 +140,7 @@ fn the_demo_ends_with_a_table_and_a_page() {
     let done = cyclopean(folder.path(), &["demo", "--out", "d", "--observers", "3", "--size", "48x27"]);
     assert!(done.status.success(), "{}", stderr(&done));
     let said = String::from_utf8_lossy(&done.stdout).into_owned();
-    for word in ["SIMULATED", "pica", "room", "wine", "sssr", "path-traced", "n=3", "90 %", "report.html"] {
+    for word in ["SIMULATED", "pica", "room", "wine", "sssr", "stereo", "path-traced", "n=3", "90 %", "report.html"] {
         assert!(said.contains(word), "{word} in {said}");
     }
     let page = std::fs::read_to_string(folder.path().join("d/report.html")).expect("a page");

@@ -62,6 +62,20 @@ fn the_shipped_studies_are_sound_and_have_the_paper_s_conditions() {
         assert_eq!(seconds(name), 20.0, "{name}");
         assert_eq!(shipped(name).definition.analysis.interval.level, 0.9, "{name}");
     }
+    assert_eq!(shipped("consistency").definition.conditions().len(), 9);
+    assert_eq!(shipped("consistency").definition.participants, 18);
+    let contrasts = |name: &str| -> Vec<(String, Option<String>)> {
+        let all = shipped(name).definition.analysis.contrasts.into_iter();
+        all.map(|c| (format!("{}: {} - {}", c.family, c.a, c.b), c.per)).collect()
+    };
+    let planned = [
+        ("primary: stereo - sssr".to_owned(), None),
+        ("against-reference: stereo - path-traced".to_owned(), None),
+        ("against-reference: sssr - path-traced".to_owned(), None),
+        ("exploratory: stereo - sssr".to_owned(), Some("scene".to_owned())),
+    ];
+    assert_eq!(contrasts("consistency"), planned);
+    assert_eq!(contrasts("recommended"), planned);
     assert_eq!(shipped("quality").definition.conditions().len(), 6);
     assert_eq!(shipped("ablation").definition.conditions().len(), 3);
     assert_eq!(shipped("recommended").definition.conditions().len(), 9);
@@ -139,8 +153,9 @@ fn a_known_effect_comes_back() {
         }
     }
     let mean = |method: &str| sums[method].0 / sums[method].1;
-    // Latent 2.4 and 4.5 (clipped at 5); 180 votes each, standard error about 0.08.
+    // Latent 2.4, 4.2 and 4.5 (clipped at 5); 180 votes each, standard error about 0.08.
     assert!((mean("sssr") - 2.4).abs() < 0.35, "{}", mean("sssr"));
+    assert!((mean("stereo") - 4.1).abs() < 0.35, "{}", mean("stereo"));
     assert!((mean("path-traced") - 4.35).abs() < 0.35, "{}", mean("path-traced"));
 }
 

@@ -227,5 +227,6 @@ fn header(session: u32, compare: bool) -> Header {
         os: "linux x86_64".into(),
         consent: None,
         frozen_sha256: None,
+        poses: None,
     }
 }

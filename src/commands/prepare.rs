@@ -32,10 +32,23 @@ pub struct Args {
 #[cfg(feature = "gpu")]
 pub use super::stimulus::catalogue;
 
-/// Scenes of this build, which has no methods: nothing is rendered without the feature `gpu`.
+/// The methods of a build with the feature `gpu`, in the renderer's order.
+#[cfg(any(test, not(feature = "gpu")))]
+const METHODS: [&str; 8] = [
+    "sssr",
+    "stereo",
+    "stereo-no-traversal",
+    "stereo-no-fade",
+    "stereo-no-reprojection",
+    "sssr-thickness",
+    "unrelated",
+    "path-traced",
+];
+
+/// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.
 #[cfg(not(feature = "gpu"))]
 pub fn catalogue() -> Catalogue {
-    Catalogue::of(&crate::scene::builtin::NAMES, &["sssr", "path-traced"])
+    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS)
 }
 
 /// The renderer of this build.
@@ -107,4 +120,16 @@ pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRender
     let needed = report.missing.len() + report.damaged.len();
     console.line(format!("{} whole, {needed} {did}{estimate}", report.whole.len()));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_build_without_gpu_knows_every_method_by_name() {
+        for method in catalogue().methods {
+            assert!(METHODS.contains(&method.as_str()), "{method}");
+        }
+    }
 }

@@ -36,6 +36,7 @@ impl Headless {
             fov_deg: None,
             ipd_m: None,
             arcsec_per_px: 60.0,
+            tracks_head: false,
             device: None,
         }
     }

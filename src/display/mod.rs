@@ -7,6 +7,7 @@ pub mod headless;
 use std::path::PathBuf;
 
 use cyclopean_analysis::journal::record;
+use serde::{Deserialize, Serialize};
 
 use crate::study::protocol::{Event, Screen};
 
@@ -38,6 +39,8 @@ pub struct DisplayInfo {
     pub ipd_m: Option<f64>,
     /// Angular size of a pixel, arc seconds.
     pub arcsec_per_px: f64,
+    /// It can say where the head is: see [`Display::take_poses`].
+    pub tracks_head: bool,
     pub device: Option<record::Device>,
 }
 
@@ -46,6 +49,17 @@ impl DisplayInfo {
     pub fn is_at_reduced_rate(&self) -> bool {
         self.measured_hz.is_some_and(|measured| self.nominal_hz / measured >= 1.5)
     }
+}
+
+/// Where a head was when a frame was displayed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HeadPose {
+    /// On the session's clock, nanoseconds.
+    pub t_ns: u64,
+    /// Right, up, backward, metres, in the display's own space.
+    pub position: [f32; 3],
+    /// Unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
 }
 
 /// A stimulus whose files were checked; its position in the slice is the plan's index.
@@ -87,4 +101,10 @@ pub trait Display {
     /// # Errors
     /// The display is gone.
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError>;
+
+    /// Where the head was since the last call, oldest first, on the session's clock. Asked for only where the study
+    /// keeps head poses; a display whose information says that it tracks no head has none.
+    fn take_poses(&mut self) -> Vec<HeadPose> {
+        Vec::new()
+    }
 }

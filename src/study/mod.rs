@@ -8,6 +8,7 @@ pub mod freeze;
 pub mod observer;
 pub mod order;
 pub mod plan;
+pub mod poses;
 pub mod power;
 pub mod prepare;
 pub mod preview;

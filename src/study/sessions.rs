@@ -12,6 +12,7 @@ use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use serde::{Deserialize, Serialize};
 
 use super::disk::Disk;
+use super::poses;
 use super::writer::{self, Durability, JournalWriter, WriterError};
 
 /// What is known of a row. After a withdrawal the id is gone.
@@ -143,7 +144,7 @@ impl Sessions {
                 }
             }
         }
-        journals.retain(|p| p.extension().is_some_and(|e| e == "jsonl"));
+        journals.retain(|p| p.extension().is_some_and(|e| e == "jsonl") && !poses::is_poses(p));
         journals.sort();
         for path in journals {
             let mut found: Option<Reservation> = None;
@@ -216,7 +217,10 @@ impl Sessions {
         }
         let session = (1u32..)
             .map(|i| format!("{i:03}"))
-            .find(|s| !self.journal_path(participant, s).exists())
+            .find(|s| {
+                let journal = self.journal_path(participant, s);
+                !journal.exists() && !poses::path_beside(&journal).exists()
+            })
             .unwrap_or_default();
         let taken =
             |row: u64| rows.rows.iter().any(|r| r.kind == kind && r.row == row && r.state != RowState::Released);

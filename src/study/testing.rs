@@ -74,6 +74,7 @@ pub fn preamble(definition: &Definition, plan: &super::plan::Plan) -> Vec<cyclop
         os: "test".to_owned(),
         consent: None,
         frozen_sha256: None,
+        poses: None,
     };
     let stimulus = |id: usize| record::Stimulus {
         id: id as u32,

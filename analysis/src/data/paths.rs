@@ -16,14 +16,18 @@ pub enum Source {
 
 /// Sorts paths into CSV files and journals; folders are searched for `.jsonl` files, all the way down.
 ///
+/// Head poses (`.poses.jsonl`) beside a journal are passed over, however they are named.
+///
 /// A path with `*` or `?` that does not exist as it stands is a pattern, for shells that expand none;
 /// `**` stands for any number of folders.
 ///
 /// # Errors
-/// [`Error::Read`] for what cannot be read, [`Error::Data`] for a folder or pattern without a journal.
+/// [`Error::Read`] for what cannot be read, [`Error::Data`] for a folder or pattern without a journal, or head poses
+/// alone.
 pub fn expand(paths: &[PathBuf]) -> Result<Vec<Source>> {
     let mut sources = Vec::new();
     let mut journals = Vec::new();
+    let mut poses = None;
     for path in paths {
         let matches = match path.to_str() {
             Some(text) if text.contains(['*', '?']) && !path.exists() => {
@@ -50,6 +54,8 @@ pub fn expand(paths: &[PathBuf]) -> Result<Vec<Source>> {
                         path.display()
                     )));
                 }
+            } else if is_poses(&path) {
+                poses = Some(path);
             } else if path.extension().is_some_and(|e| e == "jsonl") {
                 journals.push(path);
             } else {
@@ -57,12 +63,23 @@ pub fn expand(paths: &[PathBuf]) -> Result<Vec<Source>> {
             }
         }
     }
+    if let (Some(path), true, true) = (poses, journals.is_empty(), sources.is_empty()) {
+        let name = path.display();
+        return Err(Error::data(format!(
+            "{name} holds head poses, which are never analysed; give the journal beside it"
+        )));
+    }
     if !journals.is_empty() {
         journals.sort();
         journals.dedup();
         sources.push(Source::Journals(journals));
     }
     Ok(sources)
+}
+
+/// Of a session's head poses, not of its journal.
+fn is_poses(path: &Path) -> bool {
+    path.file_name().is_some_and(|n| n.to_string_lossy().ends_with(".poses.jsonl"))
 }
 
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
@@ -73,9 +90,7 @@ fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
         // Not through links: a loop would never end.
         if entry.file_type().map_err(error)?.is_dir() {
             walk(&path, found)?;
-        } else if path.extension().is_some_and(|e| e == "jsonl")
-            && !entry.file_name().to_string_lossy().contains(".poses.")
-        {
+        } else if path.extension().is_some_and(|e| e == "jsonl") && !is_poses(&path) {
             found.push(path);
         }
     }
@@ -135,6 +150,10 @@ mod tests {
         assert_eq!(expand(&[dir.path().to_owned()]).unwrap(), both);
         assert_eq!(expand(&[at("study/p0?/?.jsonl")]).unwrap(), both);
         assert_eq!(expand(&[at("**/?.jsonl")]).unwrap(), both);
+        assert_eq!(expand(&[at("study/p0?/*.jsonl")]).unwrap(), both);
+        let named = ["study/p01/a.jsonl", "study/p02/b.jsonl", "study/p02/b.poses.jsonl"].map(at);
+        assert_eq!(expand(&named).unwrap(), both);
+        assert!(expand(&named[2..]).unwrap_err().to_string().contains("never analysed"));
         assert!(expand(&[at("nothing/*.jsonl")]).is_err());
         assert!(matches(b"p*2", b"p02") && !matches(b"p*2", b"p03"));
     }

@@ -109,6 +109,9 @@ pub struct Header {
     /// The folder of a frozen study this session was checked against: SHA-256 of its manifest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frozen_sha256: Option<String>,
+    /// Name of the file of head poses beside the journal; none: none are kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<String>,
 }
 
 /// The study as it was at the start.

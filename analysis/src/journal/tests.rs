@@ -39,6 +39,7 @@ pub(crate) fn records() -> Vec<Record> {
         os: "test".into(),
         consent: None,
         frozen_sha256: None,
+        poses: None,
     };
     let stimulus = |id| {
         let (key, scene, view) = (format!("{id}"), "pica".to_owned(), "default".to_owned());
@@ -186,7 +187,8 @@ fn fields_of_a_later_program_are_ignored_and_unknown_records_refused() {
 #[test]
 fn lines_that_contradict_each_other_are_found() {
     assert_eq!(verify(records()), Ok(()));
-    let cases: Vec<(&str, Box<dyn Fn(&mut Vec<Record>)>)> = vec![
+    type Change = Box<dyn Fn(&mut Vec<Record>)>;
+    let cases: Vec<(&str, Change)> = vec![
         (
             "is missing, though it is answered already",
             Box::new(|r| r.insert(12, Record::Missing(Missing { presentation: 0, reason: "skipped".into() }))),

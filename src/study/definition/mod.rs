@@ -85,6 +85,10 @@ pub struct Definition {
     /// Asked before and after.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub questionnaires: Vec<Questionnaire>,
+    /// Keep where the head was at each frame, from the consent on, in a file beside the journal, where the display
+    /// tracks heads. Motion identifies people: say so in the consent.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub head_poses: bool,
     /// When a presentation does not count.
     #[serde(default)]
     pub validity: Validity,

@@ -1,7 +1,7 @@
 //! The states and what each event does to them.
 
 use super::queue::Queue;
-use super::setup::Setup;
+use super::setup::{Setup, Stage};
 use super::timing::{FrameRun, Timing};
 use super::{Action, Event, Page};
 
@@ -124,6 +124,11 @@ impl Machine {
 
     pub fn is_over(&self) -> bool {
         matches!(self.state, State::Over)
+    }
+
+    /// The participant agreed, or is not asked; false before the first page.
+    pub fn is_past_consent(&self) -> bool {
+        self.stage.is_some_and(|s| self.setup.stages.get(s) != Some(&Stage::Page(Page::Consent)))
     }
 
     /// Coming frames that change nothing unless somebody does something; `u64::MAX`: any number.

@@ -5,6 +5,7 @@ use cyclopean_analysis::journal::record;
 
 use super::Options;
 use crate::display::DisplayInfo;
+use crate::study::poses;
 use crate::study::sessions::Place;
 use crate::study::store::Stored;
 use crate::study::validate::Study;
@@ -72,5 +73,8 @@ pub(super) fn header(study: &Study, place: &Place, display: &DisplayInfo, option
             retain_until: c.retain_until.clone(),
         }),
         frozen_sha256: options.frozen_sha256.clone(),
+        poses: (d.head_poses && display.tracks_head)
+            .then(|| poses::path_beside(&place.journal))
+            .and_then(|path| path.file_name().map(|n| n.to_string_lossy().into_owned())),
     }
 }

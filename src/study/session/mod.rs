@@ -6,6 +6,7 @@
 
 mod header;
 mod replay;
+mod run;
 
 use std::path::{Path, PathBuf};
 
@@ -14,19 +15,19 @@ use cyclopean_analysis::journal::record::{self, Kind, Outcome, Record};
 use super::disk::Disk;
 use super::observer::{ObserverError, SimulatedObserver};
 use super::plan::Plan;
-use super::protocol::{Action, Machine, Screen, Setup};
+use super::poses::{PoseWriter, PosesError};
+use super::protocol::{Machine, Setup};
 use super::sessions::{Place, Sessions, SessionsError};
-use super::stimulus::STIMULUS_FILES;
 use super::store::{Store, StoreError, Stored};
 use super::validate::{Study, StudyError};
 use super::writer::{Durability, JournalWriter, WriterError};
-use crate::display::headless::Headless;
-use crate::display::{Display, DisplayError, DisplayInfo, StimulusFiles};
+use crate::display::{DisplayError, DisplayInfo};
 
 pub use header::program;
 use header::{header, stimulus_record};
 use replay::Replay;
 pub use replay::{Proof, prove_order};
+pub use run::{Ended, simulate};
 
 /// A session cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
@@ -50,6 +51,8 @@ pub enum SessionError {
     ReducedRate { measured: f64, nominal: f64 },
     #[error("{}: {what}", journal.display())]
     Resume { journal: PathBuf, what: String },
+    #[error(transparent)]
+    Poses(#[from] PosesError),
     #[error(transparent)]
     Study(#[from] StudyError),
     #[error(transparent)]
@@ -78,19 +81,6 @@ impl Options {
     }
 }
 
-/// How a session stands when [`Session::run`] returns.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ended {
-    /// None: closed, and can be resumed.
-    pub outcome: Option<Outcome>,
-    pub journal: PathBuf,
-    pub participant: String,
-    pub session: String,
-    pub row: u64,
-    /// Files deleted, when the participant withdrew.
-    pub deleted: Vec<PathBuf>,
-}
-
 /// What a resumed session went on from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gap {
@@ -109,6 +99,8 @@ pub struct Session {
     sessions: Sessions,
     place: Place,
     stored: Vec<Stored>,
+    /// None: no head poses are kept.
+    poses: Option<PoseWriter>,
     gap: Option<Gap>,
     /// It had ended before; only the books were not closed.
     over: Option<Outcome>,
@@ -141,7 +133,9 @@ impl Session {
         let sessions = Sessions::new(options.disk.clone(), root, &definition.id);
         let (place, mut writer) = sessions.begin(participant, options.kind, options.durability)?;
         let plan = Plan::draw(definition, place.row);
-        writer.append(0, Record::Header(Box::new(header(study, &place, display, options))))?;
+        let header = header(study, &place, display, options);
+        let keeps_poses = header.poses.is_some();
+        writer.append(0, Record::Header(Box::new(header)))?;
         for (id, stimulus) in (0..).zip(&stored) {
             writer.append(0, Record::Stimulus(stimulus_record(id, stimulus)))?;
         }
@@ -154,8 +148,13 @@ impl Session {
         }
         writer.append(0, Record::Ready(record::Ready { lines: writer.lines() }))?;
         writer.sync()?;
+        // Named in the journal before it is there: no file of poses without a journal that says so.
+        let poses = match keeps_poses {
+            true => Some(PoseWriter::create(&options.disk, &place.journal, &definition.id, &place.session)?),
+            false => None,
+        };
         let machine = Machine::new(setup(study, &plan, display));
-        Ok(Session { plan, machine, writer, sessions, place, stored, gap: None, over: None })
+        Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: None, over: None })
     }
 
     /// Takes up an unfinished session: the journal is checked line by line and replayed into the machine.
@@ -188,7 +187,10 @@ impl Session {
         };
         if let Some(outcome) = replay.over {
             let over = Some(outcome);
-            return Ok(Session { plan, machine, writer, sessions, place, stored: Vec::new(), gap: None, over });
+            // A torn last line of poses is cut off.
+            let poses = reopen_poses(study, &place, options, &writer, replay.poses)?;
+            let stored = Vec::new();
+            return Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: None, over });
         }
         let stored = find_all(study, store, &plan)?;
         for (was, is) in replay.stimuli.iter().zip(&stored) {
@@ -201,7 +203,8 @@ impl Session {
         let resumed = record::Resume { gap_ms: gap.ms, cut_bytes, program: program() };
         writer.append(writer.last_ns() + 1, Record::Resume(resumed))?;
         writer.sync()?;
-        Ok(Session { plan, machine, writer, sessions, place, stored, gap: Some(gap), over: None })
+        let poses = reopen_poses(study, &place, options, &writer, replay.poses)?;
+        Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: Some(gap), over: None })
     }
 
     pub fn plan(&self) -> &Plan {
@@ -235,98 +238,18 @@ impl Session {
         let screening = &self.setup().screening;
         SimulatedObserver::new(&study.definition, &self.plan, screening, &self.place.participant, &inconsistency)
     }
-
-    /// Runs to the end, to a `quit`, or to a failure; the journal is whole in each case.
-    ///
-    /// # Errors
-    /// The display or the disk failed; the session can be resumed.
-    pub fn run(mut self, display: &mut dyn Display) -> Result<Ended, SessionError> {
-        if self.over.is_some() {
-            let outcome = self.over;
-            return self.close(outcome);
-        }
-        let files: Vec<StimulusFiles> = self
-            .stored
-            .iter()
-            .map(|s| StimulusFiles { sbs_png: s.folder.join(STIMULUS_FILES[0]), exr: s.folder.join(STIMULUS_FILES[1]) })
-            .collect();
-        display.load(&files)?;
-        let mut screen = Screen::Blank;
-        let start_ns = self.start_ns();
-        let first = if self.gap.is_some() { self.machine.resume(start_ns) } else { self.machine.start(start_ns) };
-        let mut closed = self.perform(start_ns, first, &mut screen)?;
-        display.present(&screen)?;
-        while closed.is_none() {
-            crate::console::check_interrupted()?;
-            let timed = display.wait(self.machine.idle_frames())?;
-            let actions = self.machine.handle(timed.now_ns, timed.event);
-            closed = self.perform(timed.now_ns, actions, &mut screen)?;
-            display.present(&screen)?;
-        }
-        self.close(closed.flatten())
-    }
-
-    /// Some: the session is closed, with an outcome when it is over.
-    fn perform(
-        &mut self,
-        now_ns: u64,
-        actions: Vec<Action>,
-        screen: &mut Screen,
-    ) -> Result<Option<Option<Outcome>>, SessionError> {
-        let mut closed = None;
-        for action in actions {
-            match action {
-                Action::Write(record) => self.writer.append(now_ns, record)?,
-                Action::Sync => self.writer.sync()?,
-                Action::Show(next) => *screen = next,
-                Action::Close(outcome) => closed = Some(outcome),
-            }
-        }
-        Ok(closed)
-    }
-
-    fn close(self, outcome: Option<Outcome>) -> Result<Ended, SessionError> {
-        let Session { writer, sessions, place, .. } = self;
-        let journal = writer.path().to_owned();
-        // The lock goes with the writer.
-        drop(writer);
-        let mut deleted = Vec::new();
-        match outcome {
-            Some(Outcome::Completed) => sessions.complete(&place.participant, &place.session)?,
-            Some(Outcome::Withdrawn) => deleted = sessions.withdraw(&place.participant, &token())?,
-            Some(Outcome::Declined | Outcome::Screened | Outcome::Abandoned) => {
-                sessions.release(&place.participant, &place.session)?;
-            }
-            None => {}
-        }
-        let Place { participant, session, row, .. } = place;
-        Ok(Ended { outcome, journal, participant, session, row, deleted })
-    }
 }
 
-/// One simulated participant from start to end on a virtual clock; goes on where an earlier call was cut off.
-///
-/// `hz`: the display rate to pretend, such as 90.
-///
-/// # Errors
-/// As [`Session::begin`], [`Session::resume`] and [`Session::run`].
-pub fn simulate(
+fn reopen_poses(
     study: &Study,
-    store: &Store,
-    root: &Path,
-    participant: &str,
-    hz: f64,
+    place: &Place,
     options: &Options,
-) -> Result<Ended, SessionError> {
-    let info = Headless::information(hz);
-    let sessions = Sessions::new(options.disk.clone(), root, &study.definition.id);
-    let session = match sessions.unfinished(participant) {
-        Ok(_) => Session::resume(study, store, root, participant, &info, options)?,
-        Err(_) => Session::begin(study, store, root, participant, &info, options)?,
-    };
-    let observer = session.simulated_observer(study)?;
-    let mut display = Headless::new(hz, session.start_ns(), Box::new(observer));
-    session.run(&mut display)
+    writer: &JournalWriter,
+    are_kept: bool,
+) -> Result<Option<PoseWriter>, PosesError> {
+    let (id, t_ns) = (&study.definition.id, writer.last_ns() + 1);
+    let open = || PoseWriter::reopen(&options.disk, &place.journal, id, &place.session, t_ns);
+    are_kept.then(open).transpose()
 }
 
 /// A random name without meaning, for tombstones.

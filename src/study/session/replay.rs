@@ -21,12 +21,24 @@ pub(super) struct Replay<'a> {
     pub(super) machine: Option<Machine>,
     pub(super) stimuli: Vec<record::Stimulus>,
     pub(super) ready: bool,
+    /// Head poses are kept.
+    pub(super) poses: bool,
     pub(super) over: Option<Outcome>,
 }
 
 impl<'a> Replay<'a> {
     pub(super) fn new(study: &'a Study, display: &'a DisplayInfo, journal: &'a Path) -> Replay<'a> {
-        Replay { study, display, journal, plan: None, machine: None, stimuli: Vec::new(), ready: false, over: None }
+        Replay {
+            study,
+            display,
+            journal,
+            plan: None,
+            machine: None,
+            stimuli: Vec::new(),
+            ready: false,
+            poses: false,
+            over: None,
+        }
     }
 
     fn refuse<T>(&self, what: impl Into<String>) -> Result<T, SessionError> {
@@ -68,6 +80,7 @@ impl<'a> Replay<'a> {
         let plan = Plan::draw(&self.study.definition, header.row);
         self.machine = Some(Machine::new(setup(self.study, &plan, self.display)));
         self.plan = Some(plan);
+        self.poses = header.poses.is_some();
         Ok(())
     }
 }
