@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // 1: neighbours will be asked.
 layout(constant_id = 0) const uint WANT_GUIDE = 1u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform usampler2DArray surface_image;
 layout(binding = 2) uniform sampler2DArray depth_image;
 layout(binding = 3, std430) writeonly buffer Rays { uint rays[]; };

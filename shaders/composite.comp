@@ -14,7 +14,7 @@ layout(constant_id = 1) const uint WANT_LINEAR = 1u;
 // 1: the right eye's reflections are exchanged left and right (catch trials).
 layout(constant_id = 2) const uint UNRELATED = 0u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) buffer Counters { CountersData counters; };
 layout(binding = 2) uniform usampler2DArray surface_image;
 layout(binding = 3) uniform sampler2DArray depth_image;

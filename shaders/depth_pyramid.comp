@@ -9,7 +9,7 @@ layout(local_size_x = 16, local_size_y = 16) in;
 // 1: a back-face image is bound; 0: every mesh counts as open.
 layout(constant_id = 0) const uint HAS_BACK_FACES = 1u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform sampler2DArray depth_image;
 layout(binding = 2, rg32f) writeonly uniform image2DArray level0;
 layout(binding = 3, rg32f) writeonly uniform image2DArray level1;

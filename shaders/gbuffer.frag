@@ -7,7 +7,7 @@
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 layout(constant_id = 1) const uint HAS_MASK = 1u;
 
-layout(set = 0, binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(set = 0, binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(set = 0, binding = 1, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Materials { MaterialData materials[]; };
 layout(set = 1, binding = 0) uniform sampler2D base_color_texture;

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
-layout(set = 0, binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(set = 0, binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(set = 0, binding = 1, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(push_constant) uniform Constants { uint eye; };
 

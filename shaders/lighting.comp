@@ -7,7 +7,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 2, std430) buffer Counters { CountersData counters; };
 layout(binding = 3) uniform usampler2DArray surface_image;

@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };

@@ -7,7 +7,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 2) uniform usampler2D node_rows;
 layout(binding = 3) uniform usampler2D triangle_rows;

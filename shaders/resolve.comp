@@ -15,7 +15,7 @@ layout(constant_id = 0) const uint RADIUS = 2u;
 layout(constant_id = 1) const uint SUMS = 0u;
 layout(constant_id = 2) const uint REPROJECT = 0u;
 
-layout(binding = 0, std430) readonly buffer Frames { FrameUniform frame; };
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };
@@ -52,12 +52,12 @@ struct Tap {
     uvec4 word;
 };
 
-Tap load_tap(Pixel p, ivec3 texel) {
+Tap load_tap(Pixel p, ivec3 texel, EyeRays rays_of_eye) {
     Tap tap = Tap(false, p.position, uvec4(0u));
     if (texel != p.texel) {
         if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, ivec2(frame.size)))) return tap;
         Guide g = load_guide(texel);
-        tap.from = render_position(texel.z, vec2(texel.xy) + 0.5, g.depth);
+        tap.from = position_along(rays_of_eye, vec2(texel.xy) + 0.5, g.depth);
         if (!same_surface(p, g, tap.from)) return tap;
     }
     tap.word = texelFetch(hit_image, texel, 0);
@@ -103,13 +103,15 @@ void main() {
     ivec3 pair = ivec3(0);
     bool paired = REPROJECT != 0u && find_pair(p, pair);
 
+    EyeRays own_rays = eye_rays(uint(texel.z)), other_rays = own_rays;
+    if (paired) other_rays = eye_rays(uint(pair.z));
     Sums sums = Sums(vec3(0.0), vec3(0.0), vec2(0.0));
     for (int y = -radius; y <= radius; ++y) {
         for (int x = -radius; x <= radius; ++x) {
             if (paired && (x + y & 1) != 0) continue;
-            Tap own = load_tap(p, texel + ivec3(x, y, 0));
+            Tap own = load_tap(p, texel + ivec3(x, y, 0), own_rays);
             if (paired) {
-                Tap other = load_tap(p, pair + ivec3(x, y, 0));
+                Tap other = load_tap(p, pair + ivec3(x, y, 0), other_rays);
                 // What one eye knows fills what the other does not. A mirror needs no more than that.
                 if (other.usable && own.usable) {
                     if (known(other.word) && !known(own.word)) own.usable = false;

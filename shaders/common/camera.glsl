@@ -17,6 +17,24 @@ vec3 render_position(uint eye, vec2 pixel, float depth) {
     return frame.eyes[eye].position_near.xyz + scaled_ray(eye, pixel) * view_distance(eye, depth);
 }
 
+// An eye's constants, loaded once where many pixels are asked: a software device gathers them lane by lane.
+struct EyeRays {
+    vec3 origin;
+    vec3 first;
+    vec3 across;
+    vec3 down;
+    float near;
+};
+
+EyeRays eye_rays(uint eye) {
+    return EyeRays(frame.eyes[eye].position_near.xyz, frame.eyes[eye].ray_first.xyz, frame.eyes[eye].ray_across.xyz,
+                   frame.eyes[eye].ray_down.xyz, frame.eyes[eye].position_near.w);
+}
+
+vec3 position_along(EyeRays e, vec2 pixel, float depth) {
+    return e.origin + (e.first + pixel.x * e.across + pixel.y * e.down) * (e.near / depth);
+}
+
 vec3 eye_position(uint eye) { return frame.eyes[eye].position_near.xyz; }
 
 // Width of a pixel at distance 1.

@@ -45,6 +45,13 @@ impl Use {
         Acc::SHADER_STORAGE_READ,
         false,
     );
+    /// Read as a uniform buffer by the stages of a raster pass.
+    pub const UNIFORM_RASTER: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::from_raw(Stage::VERTEX_SHADER.as_raw() | Stage::FRAGMENT_SHADER.as_raw()),
+        Acc::UNIFORM_READ,
+        false,
+    );
     /// Read as a uniform buffer.
     pub const UNIFORM: Use = Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::UNIFORM_READ, false);
     /// A colour attachment, cleared or blended over.
@@ -108,7 +115,10 @@ impl State {
     /// The barrier before `next`, if it needs one, and the state after it. Buffers ignore the layouts.
     pub(super) fn then(&self, next: Use, is_image: bool) -> (Option<Barrier>, State) {
         let changes_layout = is_image && self.layout != next.layout;
-        let seen = self.read_stage.contains(next.stage) && self.read_access.contains(next.access);
+        // Stages and accesses of the readers are kept as two unions. They name exactly the pairs that have waited as
+        // long as one of them has a single member in common with this use; else it waits once more.
+        let known = self.read_stage.contains(next.stage) && self.read_access.contains(next.access);
+        let seen = known && (self.read_access == next.access || self.read_stage == next.stage);
         let barrier = Barrier {
             old_layout: self.layout,
             new_layout: next.layout,

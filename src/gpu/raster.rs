@@ -32,6 +32,8 @@ pub struct RasterPassDesc<'a> {
 
 /// What the stages of a raster pass read, binding by binding.
 pub enum Input<'a> {
+    /// A uniform buffer.
+    Uniform(&'a Buffer),
     /// A storage buffer.
     Buffer(&'a Buffer),
     /// A sampled image.
@@ -39,6 +41,8 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
+    /// [`Input::Uniform`] in a descriptor layout.
+    pub const UNIFORM: vk::DescriptorType = vk::DescriptorType::UNIFORM_BUFFER;
     /// [`Input::Buffer`] in a descriptor layout.
     pub const BUFFER: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
     /// [`Input::Image`] in a descriptor layout.
@@ -222,6 +226,10 @@ impl Frame {
         let mut bound = Vec::new();
         for input in inputs {
             bound.push(match input {
+                Input::Uniform(buffer) => {
+                    self.use_buffer(buffer, Use::UNIFORM_RASTER);
+                    Bound::buffer(buffer, Input::UNIFORM)
+                }
                 Input::Buffer(buffer) => {
                     self.use_buffer(buffer, Use::STORAGE_READ_RASTER);
                     Bound::buffer(buffer, Input::BUFFER)

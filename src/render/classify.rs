@@ -34,7 +34,7 @@ impl ClassifyPass {
         out.clear(frame);
         frame
             .compute(&self.pass)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
             .write_buffer(&out.rays)

@@ -32,7 +32,7 @@ impl CompositePass {
         let reflection = screen_space.or(path_traced).unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .write_buffer(&context.counters)
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)

@@ -32,7 +32,7 @@ impl DepthPyramidPass {
         gbuffer: &GBuffer,
         out: &ScreenSpace,
     ) -> Result<(), GpuError> {
-        let mut chain = frame.compute(&self.pass).read_buffer(&context.frame).sampled(&gbuffer.depth, &context.nearest);
+        let mut chain = frame.compute(&self.pass).uniform(&context.frame).sampled(&gbuffer.depth, &context.nearest);
         for mip in 0..=TOP_LEVEL as usize {
             chain = chain.write_mip(&out.pyramid, mip);
         }

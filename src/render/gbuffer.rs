@@ -50,7 +50,7 @@ impl GBufferPass {
                 attributes: &ATTRIBUTES,
                 colors: &formats[..if needs.emission { 3 } else { 2 }],
                 constant_bytes: 4,
-                inputs: &[Input::BUFFER; 3],
+                inputs: &[Input::UNIFORM, Input::BUFFER, Input::BUFFER],
                 materials: &resources.material_sets,
             },
         )?;
@@ -71,7 +71,7 @@ impl GBufferPass {
         colors.extend(out.emission.as_ref().map(Target::zeroed));
         let targets = Targets { colors: &colors, depth: &out.depth };
         let inputs =
-            [Input::Buffer(&context.frame), Input::Buffer(&context.instances), Input::Buffer(&resources.materials)];
+            [Input::Uniform(&context.frame), Input::Buffer(&context.instances), Input::Buffer(&resources.materials)];
         for eye in Eye::BOTH {
             frame.raster(&self.pass, eye.layer(), &targets, &inputs, &geometry(resources), |draws| {
                 draws.constants(&(eye.layer() as u32));
@@ -97,7 +97,7 @@ impl BackFacePass {
                 attributes: &ATTRIBUTES[..1],
                 colors: &[],
                 constant_bytes: 4,
-                inputs: &[Input::BUFFER, Input::BUFFER, Input::IMAGE],
+                inputs: &[Input::UNIFORM, Input::BUFFER, Input::IMAGE],
                 materials: &resources.material_sets,
             },
         )?;
@@ -117,7 +117,7 @@ impl BackFacePass {
     ) -> Result<(), GpuError> {
         let targets = Targets { colors: &[], depth: out };
         let inputs = [
-            Input::Buffer(&context.frame),
+            Input::Uniform(&context.frame),
             Input::Buffer(&context.instances),
             Input::Image(&gbuffer.depth, &context.nearest),
         ];

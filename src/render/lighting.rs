@@ -36,7 +36,7 @@ impl LightingPass {
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .read_buffer(&context.lights)
             .write_buffer(&context.counters)
             .sampled(&targets.gbuffer.surface, &context.nearest)

@@ -50,7 +50,7 @@ impl PathTracePass {
         let maps = &resources.environment;
         frame
             .compute(&self.pass)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .read_buffer(&list.rays)
             .read_buffer(&list.arguments)
             .write_buffer(&context.counters)

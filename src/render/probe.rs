@@ -40,7 +40,7 @@ pub fn probe(
     let mut frame = Frame::begin(gpu)?;
     frame
         .compute(&pass)
-        .read_buffer(&context.frame)
+        .uniform(&context.frame)
         .read_buffer(&context.lights)
         .sampled(&rays.nodes, &context.nearest)
         .sampled(&rays.triangles, &context.nearest)

@@ -56,7 +56,7 @@ impl ResolvePass {
         };
         frame
             .compute(&self.pass)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .read_buffer(&list.rays)
             .read_buffer(&list.arguments)
             .write_buffer(&context.counters)

@@ -45,7 +45,7 @@ impl TracePass {
         out.retries.clear(frame);
         frame
             .compute(&self.own_eye)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .read_buffer(&list.rays)
             .read_buffer(&list.arguments)
             .write_buffer(&context.counters)
@@ -59,7 +59,7 @@ impl TracePass {
         let Some(other_eye) = &self.other_eye else { return Ok(()) };
         frame
             .compute(other_eye)
-            .read_buffer(&context.frame)
+            .uniform(&context.frame)
             .read_buffer(&out.retries.rays)
             .read_buffer(&out.retries.arguments)
             .write_buffer(&context.counters)
