@@ -100,17 +100,18 @@ March march(Segment s, uint eye, uint max_steps, bool leave, bool stop_behind) {
         // Rounding may put the boundary behind us; a step always goes forward.
         float t_exit = min(max(min(bounds.x, bounds.y), m.t + 1e-7), 1.0);
         float z0 = s.start.z + s.delta.z * m.t, z1 = s.start.z + s.delta.z * t_exit;
-        if (min(z0, z1) > range.x) {
-            m.t = t_exit;
-            level = min(level + 1, TOP_LEVEL);
-        } else if (max(z0, z1) < range.y) {
-            m.behind = true;
-            if (stop_behind) {
+        bool front = min(z0, z1) > range.x;
+        if (front || max(z0, z1) < range.y) {
+            // Behind everything in the cell, if not before it.
+            m.behind = m.behind || !front;
+            if (stop_behind && !front) {
                 m.result = MARCH_BEHIND;
                 return m;
             }
             m.t = t_exit;
-            level = min(level + 1, TOP_LEVEL);
+            // Up only out of the parent: within it, the parent would say again what sent the ray down here.
+            ivec2 next = max(ivec2(floor(s.start.xy + d * m.t)), ivec2(0)) >> level;
+            if (any(notEqual(next >> 1, cell >> 1))) level = min(level + 1, TOP_LEVEL);
         } else if (level > 0) {
             --level;
         } else {
