@@ -43,8 +43,8 @@ void main() {
     if (gl_LocalInvocationIndex == 0u && count > 0u) {
         first = atomicAdd(arguments[3], count);
         uint groups = (first + count + 63u) / 64u;
-            atomicMax(arguments[0], min(groups, ROW_OF_GROUPS));
-            atomicMax(arguments[1], (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS);
+        atomicMax(arguments[0], min(groups, ROW_OF_GROUPS));
+        atomicMax(arguments[1], (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS);
     }
     barrier();
     if (reflects) rays[first + place] = id.x | id.y << 14 | id.z << 28;

@@ -237,6 +237,11 @@ impl<'f> Dispatch<'f> {
         self
     }
 
+    /// Bindings that several passes have in common, in their place in the chain.
+    pub fn with(self, bind: impl FnOnce(Self) -> Self) -> Self {
+        bind(self)
+    }
+
     /// Push constants, at most 128 bytes.
     pub fn constants<T: bytemuck::NoUninit>(mut self, constants: &T) -> Self {
         self.constants = bytemuck::bytes_of(constants).to_vec();

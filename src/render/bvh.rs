@@ -9,12 +9,13 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::Bvh2};
 
-use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, Dispatch, Gpu, GpuError, Image, ImageDesc};
 use crate::scene::{Alpha, Scene, Texture, Wrap};
 
+use super::context::Context;
 use super::mips::mip_chain;
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
-use super::upload::Range;
+use super::upload::{Range, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 const EXCHANGED: u32 = 1 << 31;
@@ -51,6 +52,26 @@ impl RayScene {
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
             halvings,
         })
+    }
+}
+
+impl RayScene {
+    /// Binds what `bvh.glsl` and `hit_surface.glsl` read.
+    pub fn bind<'f>(
+        &'f self,
+        chain: Dispatch<'f>,
+        resources: &'f SceneResources,
+        context: &'f Context,
+    ) -> Dispatch<'f> {
+        chain
+            .sampled(&self.nodes, &context.nearest)
+            .sampled(&self.triangles, &context.nearest)
+            .read_buffer(&context.instances)
+            .read_buffer(&resources.materials)
+            .read_buffer(&self.textures)
+            .read_buffer(&self.texels)
+            .read_buffer(&resources.vertices)
+            .read_buffer(&resources.indices)
     }
 }
 

@@ -32,7 +32,6 @@ impl LightingPass {
         context: &Context,
         targets: &Targets,
     ) -> Result<(), GpuError> {
-        let maps = &resources.environment;
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
@@ -41,10 +40,7 @@ impl LightingPass {
             .write_buffer(&context.counters)
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
-            .sampled(&maps.radiance, &maps.sampler)
-            .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&maps.specular, &maps.sampler)
-            .sampled(&context.brdf_table, &context.linear)
+            .with(|chain| resources.environment.bind(chain, context))
             .write(&targets.radiance)
             .sampled(emission, &context.nearest)
             .dispatch_stereo(targets.radiance.extent())

@@ -47,7 +47,6 @@ impl PathTracePass {
         (first, count): (u32, u32),
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.path_traced) else { return Ok(()) };
-        let maps = &resources.environment;
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -55,20 +54,10 @@ impl PathTracePass {
             .read_buffer(&list.arguments)
             .write_buffer(&context.counters)
             .read_buffer(&context.lights)
-            .sampled(&rays.nodes, &context.nearest)
-            .sampled(&rays.triangles, &context.nearest)
-            .read_buffer(&context.instances)
-            .read_buffer(&resources.materials)
-            .read_buffer(&rays.textures)
-            .read_buffer(&rays.texels)
-            .read_buffer(&resources.vertices)
-            .read_buffer(&resources.indices)
+            .with(|chain| rays.bind(chain, resources, context))
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
-            .sampled(&maps.radiance, &maps.sampler)
-            .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&maps.specular, &maps.sampler)
-            .sampled(&context.brdf_table, &context.linear)
+            .with(|chain| resources.environment.bind(chain, context))
             .read_write(&out.sum)
             .read_write(&out.compensation)
             .read_write(&out.squares)

@@ -36,24 +36,13 @@ pub fn probe(
     let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(WIDTH, WIDTH / 2, vk::Format::R32G32B32A32_SFLOAT) };
     let image = Image::new(gpu, "probe", desc)?;
     let pass = ComputePass::new(gpu, "probe", &shaders::PROBE_COMP.words(), &[u32::from(needs.mask)])?;
-    let maps = &resources.environment;
     let mut frame = Frame::begin(gpu)?;
     frame
         .compute(&pass)
         .uniform(&context.frame)
         .read_buffer(&context.lights)
-        .sampled(&rays.nodes, &context.nearest)
-        .sampled(&rays.triangles, &context.nearest)
-        .read_buffer(&context.instances)
-        .read_buffer(&resources.materials)
-        .read_buffer(&rays.textures)
-        .read_buffer(&rays.texels)
-        .read_buffer(&resources.vertices)
-        .read_buffer(&resources.indices)
-        .sampled(&maps.radiance, &maps.sampler)
-        .sampled(&maps.irradiance, &maps.sampler)
-        .sampled(&maps.specular, &maps.sampler)
-        .sampled(&context.brdf_table, &context.linear)
+        .with(|chain| rays.bind(chain, resources, context))
+        .with(|chain| resources.environment.bind(chain, context))
         .write(&image)
         .constants(&place)
         .dispatch(WIDTH / 8, WIDTH / 16, 1)?;

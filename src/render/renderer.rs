@@ -159,10 +159,9 @@ impl Renderer {
                 inf: counters.inf,
             });
         }
-        self.gpu.check_validation()?;
         let error = targets.path_traced.as_ref().map(|p| self.picture(&p.error)).transpose()?;
         let reflection = self.picture(&targets.reflection_out)?;
-        Ok(Rendered {
+        let rendered = Rendered {
             linear: self.picture(&targets.linear)?,
             error: error.map(|e| masked(e, &reflection)),
             reflection,
@@ -173,7 +172,10 @@ impl Renderer {
             parts: needs.parts().to_vec(),
             left_out: needs.left_out(),
             samples,
-        })
+        };
+        // After the last submission, so that a message about the reading counts too.
+        self.gpu.check_validation()?;
+        Ok(rendered)
     }
 
     fn passes(&self, needs: &Needs, settings: &Settings, method: &Method) -> Result<Passes, GpuError> {
