@@ -15,7 +15,10 @@ use super::upload::{self, SceneResources};
 
 /// Frame-wide inputs.
 pub struct Context {
+    /// Where the head was when this was made: the origin of render space.
     pub head: DVec3,
+    /// Corners of everything in the scene, world space.
+    bounds: [DVec3; 2],
     pub frame: Buffer,
     pub lights: Buffer,
     pub instances: Buffer,
@@ -36,13 +39,14 @@ impl Context {
         settings: &Settings,
     ) -> Result<Context, GpuError> {
         let head = camera.head();
-        let uniform = frame_uniform(scene, camera, settings);
+        let bounds = bounds(scene, head);
         let words = |n: usize| n as u64 * 4;
         let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
-        frame.write(bytemuck::bytes_of(&uniform));
+        frame.write(bytemuck::bytes_of(&frame_uniform(scene, camera, settings, head, bounds)));
         let instances = upload::instances(scene, &resources.ranges, head);
         Ok(Context {
             head,
+            bounds,
             frame,
             lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
             instances: Buffer::with_content(gpu, "instances", &instances)?,
@@ -51,6 +55,12 @@ impl Context {
             nearest: Sampler::new(gpu, Filter::NEAREST)?,
             linear: Sampler::new(gpu, Filter::LINEAR)?,
         })
+    }
+
+    /// Other eyes, seed or frame number; size and scene are what they were. Between frames only.
+    pub fn update(&self, camera: &StereoCamera, settings: &Settings, scene: &Scene) {
+        let uniform = frame_uniform(scene, camera, settings, self.head, self.bounds);
+        self.frame.write(bytemuck::bytes_of(&uniform));
     }
 }
 
@@ -79,8 +89,13 @@ pub fn read_image(gpu: &Rc<Gpu>, image: &Image) -> Result<Vec<u8>, GpuError> {
     Ok(host.read())
 }
 
-fn frame_uniform(scene: &Scene, camera: &StereoCamera, settings: &Settings) -> FrameUniform {
-    let head = camera.head();
+fn frame_uniform(
+    scene: &Scene,
+    camera: &StereoCamera,
+    settings: &Settings,
+    head: DVec3,
+    [low, high]: [DVec3; 2],
+) -> FrameUniform {
     let eyes = Eye::BOTH.map(|eye| {
         let e = camera.eye(eye);
         let view_from_render = e.view_from_relative(head);
@@ -110,7 +125,8 @@ fn frame_uniform(scene: &Scene, camera: &StereoCamera, settings: &Settings) -> F
         delta_roughness: settings.delta_roughness,
         open_mesh_thickness: scene.open_mesh_thickness_m,
         edge_fade: settings.edge_fade,
-        ray_length: ray_length(scene, head),
+        // Beyond it lies nothing of the scene, from anywhere in it: twice the diagonal of its bounds and the head's.
+        ray_length: (2.0 * (high.max(camera.head()) - low.min(camera.head())).length()).max(1e-3) as f32,
         exposure: scene.exposure,
         light_count: scene.lights.len() as u32,
         max_steps: settings.max_steps,
@@ -121,9 +137,8 @@ fn frame_uniform(scene: &Scene, camera: &StereoCamera, settings: &Settings) -> F
     }
 }
 
-/// A distance beyond which nothing of the scene lies, from anywhere in it: twice the diagonal of its bounds and the
-/// head's.
-fn ray_length(scene: &Scene, head: DVec3) -> f32 {
+/// Corners of the scene and the head.
+fn bounds(scene: &Scene, head: DVec3) -> [DVec3; 2] {
     let (mut low, mut high) = (head, head);
     for instance in &scene.instances {
         let p = &scene.primitives[instance.primitive];
@@ -141,5 +156,5 @@ fn ray_length(scene: &Scene, head: DVec3) -> f32 {
             high = high.max(world);
         }
     }
-    (2.0 * (high - low).length()).max(1e-3) as f32
+    [low, high]
 }

@@ -14,6 +14,7 @@ pub mod method;
 mod mips;
 pub mod needs;
 mod path_trace;
+mod prepared;
 mod probe;
 mod renderer;
 mod resolve;
@@ -25,5 +26,6 @@ mod trace;
 mod upload;
 
 pub use method::Method;
+pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
 pub use settings::{Firefly, Settings, Streams};

@@ -1,30 +1,21 @@
-//! One stereo still: the frame's parts in order, timed, counted, read back.
+//! A scene on a device, and stereo stills of it: timed, counted, read back.
 
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
 
 use crate::console::Interrupted;
-use crate::gpu::{Frame, Gpu, GpuError, Image, PassTime};
+use crate::gpu::{Gpu, GpuError, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
 use super::bvh::RayScene;
-use super::classify::ClassifyPass;
-use super::composite::CompositePass;
-use super::context::{Context, read_buffer, read_image};
-use super::depth_pyramid::DepthPyramidPass;
-use super::gbuffer::{BackFacePass, GBufferPass};
-use super::lighting::LightingPass;
+use super::context::Context;
 use super::method::Method;
 use super::needs::{Needs, Part};
-use super::path_trace::PathTracePass;
+use super::prepared::{Prepared, Shared};
 use super::probe::probe;
-use super::resolve::ResolvePass;
 use super::settings::Settings;
-use super::shared::{CountersData, Counts};
-use super::targets::Targets;
-use super::trace::TracePass;
+use super::shared::Counts;
 use super::upload::{EnvironmentMaps, SceneResources};
 
 /// A picture could not be made.
@@ -76,26 +67,10 @@ pub struct Request<'a> {
 pub struct Renderer {
     gpu: Rc<Gpu>,
     scene: Arc<Scene>,
-    resources: SceneResources,
-    rays: Option<RayScene>,
-    probe: Option<EnvironmentMaps>,
+    resources: Rc<SceneResources>,
+    rays: Option<Rc<RayScene>>,
+    probe: Option<Rc<EnvironmentMaps>>,
 }
-
-/// The passes of a frame, made for its needs.
-struct Passes {
-    gbuffer: GBufferPass,
-    back_face: Option<BackFacePass>,
-    lighting: LightingPass,
-    classify: Option<ClassifyPass>,
-    screen_space: Option<(DepthPyramidPass, TracePass, ResolvePass)>,
-    path_trace: Option<PathTracePass>,
-    composite: CompositePass,
-}
-
-/// Samples of a screen-space method recorded into one submission: eight keep its counts within 32 bits.
-const SAMPLES_A_SUBMISSION: u32 = 8;
-/// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
-const SUBMISSION_SECONDS: f64 = 0.5;
 
 impl Renderer {
     /// Uploads the scene.
@@ -103,7 +78,7 @@ impl Renderer {
     /// # Errors
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
-        let resources = SceneResources::new(gpu, &scene)?;
+        let resources = Rc::new(SceneResources::new(gpu, &scene)?);
         Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None })
     }
 
@@ -112,7 +87,37 @@ impl Renderer {
         &self.scene
     }
 
-    /// Renders; `progress` hears how many of the reference's samples are done.
+    /// Makes a view and a method ready for any number of frames.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn prepare(
+        &mut self,
+        camera: &StereoCamera,
+        method: &Method,
+        settings: &Settings,
+    ) -> Result<Prepared, RenderError> {
+        let needs = Needs::of(&self.scene, method, settings);
+        let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
+        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
+        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
+            let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
+            if rays.halvings > 0 {
+                tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
+            }
+            self.rays = Some(Rc::new(rays));
+        }
+        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &self.rays) {
+            let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
+            self.probe = Some(Rc::new(made));
+        }
+        let shared =
+            Shared { gpu: Rc::clone(&self.gpu), scene: Arc::clone(&self.scene), resources: Rc::clone(&self.resources) };
+        let (rays, probe) = (self.rays.clone(), self.probe.clone());
+        Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
+    }
+
+    /// Renders a still; `progress` hears how many of the reference's samples are done.
     ///
     /// # Errors
     /// [`RenderError`]; nothing is half made.
@@ -122,192 +127,34 @@ impl Renderer {
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
     ) -> Result<Rendered, RenderError> {
         let &Request { camera, method, settings, frames } = request;
-        let samples = method.samples();
-        let needs = Needs::of(&self.scene, method, settings);
-        let targets = Targets::new(&self.gpu, settings, &needs, method)?;
-        let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
-        let passes = self.passes(&needs, settings, method)?;
-        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
-        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
-            let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
-            if rays.halvings > 0 {
-                tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
-            }
-            self.rays = Some(rays);
-        }
-        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &self.rays) {
-            self.probe = Some(probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?);
-        }
-        // Only where the settings ask for it: an earlier picture's probe is kept, not looked at.
-        let fallback = self.probe.as_ref().filter(|_| needs.probe).unwrap_or(&self.resources.environment);
+        let prepared = self.prepare(camera, method, settings)?;
         let (mut times, mut frame_ms, mut counters) = (Vec::new(), Vec::new(), Counts::default());
         let warm_up = u32::from(frames > 1);
         for number in 0..frames.max(1) + warm_up {
-            let start = Instant::now();
-            let (time, counted) = self.frame(&passes, &context, &targets, fallback, samples, progress)?;
-            counters = counted;
+            let report = prepared.frame(progress)?;
+            counters = report.counters;
             if number >= warm_up {
-                frame_ms.push(start.elapsed().as_secs_f64() * 1e3);
-                times.push(by_name(time));
+                frame_ms.push(report.wall_ms);
+                times.push(report.passes);
             }
         }
-        if counters.nan > 0 || counters.inf > 0 {
-            return Err(RenderError::NotFinite {
-                scene: self.scene.name.clone(),
-                method: method.to_string(),
-                nan: counters.nan,
-                inf: counters.inf,
-            });
-        }
-        let error = targets.path_traced.as_ref().map(|p| self.picture(&p.error)).transpose()?;
-        let reflection = self.picture(&targets.reflection_out)?;
+        let reflection = prepared.reflection()?;
         let rendered = Rendered {
-            linear: self.picture(&targets.linear)?,
-            error: error.map(|e| masked(e, &reflection)),
+            linear: prepared.linear()?,
+            error: prepared.standard_error(&reflection)?,
             reflection,
-            display: split(read_image(&self.gpu, &targets.display)?),
+            display: prepared.display()?,
             passes: medians(&times),
             frame_ms,
             counters,
-            parts: needs.parts().to_vec(),
-            left_out: needs.left_out(),
-            samples,
+            parts: prepared.needs().parts().to_vec(),
+            left_out: prepared.needs().left_out(),
+            samples: method.samples(),
         };
         // After the last submission, so that a message about the reading counts too.
         self.gpu.check_validation()?;
         Ok(rendered)
     }
-
-    fn passes(&self, needs: &Needs, settings: &Settings, method: &Method) -> Result<Passes, GpuError> {
-        let gpu = &self.gpu;
-        Ok(Passes {
-            gbuffer: GBufferPass::new(gpu, &self.resources, needs)?,
-            back_face: needs.back_faces.then(|| BackFacePass::new(gpu, &self.resources)).transpose()?,
-            lighting: LightingPass::new(gpu, needs)?,
-            classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
-            screen_space: match needs.screen_space {
-                false => None,
-                true => Some((
-                    DepthPyramidPass::new(gpu, needs)?,
-                    TracePass::new(gpu, method)?,
-                    ResolvePass::new(gpu, settings, method)?,
-                )),
-            },
-            path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,
-            composite: CompositePass::new(gpu, needs, method)?,
-        })
-    }
-
-    fn frame(
-        &self,
-        passes: &Passes,
-        context: &Context,
-        targets: &Targets,
-        fallback: &EnvironmentMaps,
-        samples: u32,
-        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
-    ) -> Result<(Vec<PassTime>, Counts), RenderError> {
-        let (scene, resources) = (&*self.scene, &self.resources);
-        let mut frame = Frame::begin(&self.gpu)?;
-        let (mut times, mut counts) = (Vec::new(), Counts::default());
-        frame.fill(&context.counters, 0);
-        passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
-        if let (Some(pass), Some(out)) = (&passes.back_face, &targets.screen_space)
-            && let Some(back) = &out.back_depth
-        {
-            pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
-        }
-        passes.lighting.record(&mut frame, resources, context, targets)?;
-        if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
-            classify.record(&mut frame, context, targets, list)?;
-            if let (Some((pyramid, trace, resolve)), Some(out)) = (&passes.screen_space, &targets.screen_space) {
-                pyramid.record(&mut frame, context, &targets.gbuffer, out)?;
-                for sample in 0..samples {
-                    if sample > 0 && sample % SAMPLES_A_SUBMISSION == 0 {
-                        times.extend(frame.finish()?);
-                        progress(sample, samples)?;
-                        frame = self.next_submission(context, &mut counts)?;
-                    }
-                    trace.record(&mut frame, context, &targets.gbuffer, list, out, sample)?;
-                    resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
-                }
-            }
-            if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
-                let (mut first, mut count) = (0, 1);
-                while first < samples {
-                    count = count.min(samples - first);
-                    pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
-                    let start = Instant::now();
-                    times.extend(frame.finish()?);
-                    let seconds = start.elapsed().as_secs_f64();
-                    frame = self.next_submission(context, &mut counts)?;
-                    first += count;
-                    progress(first, samples)?;
-                    // The first one also rasterises and compiles; it only makes the next estimate cautious.
-                    let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
-                    count = (fitting as u32).clamp(1, 4 * count);
-                }
-            }
-        }
-        passes.composite.record(&mut frame, context, targets)?;
-        times.extend(frame.finish()?);
-        self.count(context, &mut counts)?;
-        Ok((times, counts))
-    }
-
-    /// The counters so far, and a submission that starts them anew.
-    fn next_submission(&self, context: &Context, counts: &mut Counts) -> Result<Frame, GpuError> {
-        self.count(context, counts)?;
-        let mut frame = Frame::begin(&self.gpu)?;
-        frame.fill(&context.counters, 0);
-        Ok(frame)
-    }
-
-    fn count(&self, context: &Context, counts: &mut Counts) -> Result<(), GpuError> {
-        let bytes = read_buffer(&self.gpu, &context.counters)?;
-        counts.add(&bytemuck::pod_read_unaligned::<CountersData>(&bytes[..size_of::<CountersData>()]));
-        Ok(())
-    }
-
-    fn picture(&self, image: &Image) -> Result<StereoPicture, GpuError> {
-        let (width, height) = image.extent();
-        let bytes = read_image(&self.gpu, image)?;
-        let texels: Vec<[f32; 3]> = bytes
-            .chunks_exact(16)
-            .map(|t| [0, 4, 8].map(|i| f32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]])))
-            .collect();
-        let (left, right) = texels.split_at(texels.len() / 2);
-        Ok(StereoPicture { width, height, eyes: [left.to_vec(), right.to_vec()] })
-    }
-}
-
-/// The error exists where a reflection does; elsewhere the image was never written.
-fn masked(mut error: StereoPicture, reflection: &StereoPicture) -> StereoPicture {
-    for (errors, values) in error.eyes.iter_mut().zip(&reflection.eyes) {
-        for (e, v) in errors.iter_mut().zip(values) {
-            if *v == [0.0; 3] {
-                *e = [0.0; 3];
-            }
-        }
-    }
-    error
-}
-
-fn split(bytes: Vec<u8>) -> [Vec<u8>; 2] {
-    let (left, right) = bytes.split_at(bytes.len() / 2);
-    [left.to_vec(), right.to_vec()]
-}
-
-/// Sums the times of passes that ran more than once (each eye, each sample), in order of first appearance.
-fn by_name(times: Vec<PassTime>) -> Vec<PassTime> {
-    let mut sums: Vec<PassTime> = Vec::new();
-    for time in times {
-        match sums.iter_mut().find(|s| s.name == time.name) {
-            Some(sum) => sum.ms += time.ms,
-            None => sums.push(time),
-        }
-    }
-    sums
 }
 
 fn medians(frames: &[Vec<PassTime>]) -> Vec<PassTime> {

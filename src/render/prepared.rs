@@ -1,0 +1,325 @@
+//! A view and a method made ready on a device: the passes in order, and what their frames share.
+//!
+//! Made once, run for as many frames, seeds and (in the same place) camera poses as are asked: nothing is allocated and
+//! no pipeline is made again.
+
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::console::Interrupted;
+use crate::gpu::{Frame, Gpu, GpuError, Image, PassTime};
+use crate::picture::StereoPicture;
+use crate::scene::{Scene, StereoCamera};
+
+use super::bvh::RayScene;
+use super::classify::ClassifyPass;
+use super::composite::CompositePass;
+use super::context::{Context, read_buffer, read_image};
+use super::depth_pyramid::DepthPyramidPass;
+use super::gbuffer::{BackFacePass, GBufferPass};
+use super::lighting::LightingPass;
+use super::method::Method;
+use super::needs::Needs;
+use super::path_trace::PathTracePass;
+use super::renderer::RenderError;
+use super::resolve::ResolvePass;
+use super::settings::Settings;
+use super::shared::{CountersData, Counts};
+use super::targets::Targets;
+use super::trace::TracePass;
+use super::upload::{EnvironmentMaps, SceneResources};
+
+/// The passes of a frame, made for its needs.
+struct Passes {
+    gbuffer: GBufferPass,
+    back_face: Option<BackFacePass>,
+    lighting: LightingPass,
+    classify: Option<ClassifyPass>,
+    screen_space: Option<(DepthPyramidPass, TracePass, ResolvePass)>,
+    path_trace: Option<PathTracePass>,
+    composite: CompositePass,
+}
+
+impl Passes {
+    fn new(
+        gpu: &Rc<Gpu>,
+        resources: &SceneResources,
+        needs: &Needs,
+        settings: &Settings,
+        method: &Method,
+    ) -> Result<Passes, GpuError> {
+        Ok(Passes {
+            gbuffer: GBufferPass::new(gpu, resources, needs)?,
+            back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
+            lighting: LightingPass::new(gpu, needs)?,
+            classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
+            screen_space: match needs.screen_space {
+                false => None,
+                true => Some((
+                    DepthPyramidPass::new(gpu, needs)?,
+                    TracePass::new(gpu, method)?,
+                    ResolvePass::new(gpu, settings, method)?,
+                )),
+            },
+            path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,
+            composite: CompositePass::new(gpu, needs, method)?,
+        })
+    }
+}
+
+/// Samples of a screen-space method recorded into one submission: eight keep its counts within 32 bits.
+const SAMPLES_A_SUBMISSION: u32 = 8;
+/// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
+const SUBMISSION_SECONDS: f64 = 0.5;
+
+/// See the module's documentation.
+pub struct Prepared {
+    gpu: Rc<Gpu>,
+    scene: Arc<Scene>,
+    resources: Rc<SceneResources>,
+    rays: Option<Rc<RayScene>>,
+    /// What unknown rays see, where that is not the scene's environment.
+    probe: Option<Rc<EnvironmentMaps>>,
+    needs: Needs,
+    method: Method,
+    settings: Settings,
+    camera: StereoCamera,
+    context: Context,
+    targets: Targets,
+    passes: Passes,
+}
+
+/// What is known of a frame besides its images.
+#[derive(Debug, Clone)]
+pub struct FrameReport {
+    /// In order; passes that ran more than once (each eye, each sample) are summed under their name.
+    pub passes: Vec<PassTime>,
+    /// From the first command recorded to the last one finished.
+    pub wall_ms: f64,
+    pub counters: Counts,
+}
+
+/// What a scene lends to everything prepared from it.
+pub(super) struct Shared {
+    pub gpu: Rc<Gpu>,
+    pub scene: Arc<Scene>,
+    pub resources: Rc<SceneResources>,
+}
+
+impl Prepared {
+    pub(super) fn new(
+        shared: Shared,
+        context: Context,
+        needs: Needs,
+        (camera, method, settings): (&StereoCamera, &Method, &Settings),
+        rays: Option<Rc<RayScene>>,
+        probe: Option<Rc<EnvironmentMaps>>,
+    ) -> Result<Prepared, GpuError> {
+        let Shared { gpu, scene, resources } = shared;
+        let targets = Targets::new(&gpu, settings, &needs, method)?;
+        let passes = Passes::new(&gpu, &resources, &needs, settings, method)?;
+        let (method, settings, camera) = (method.clone(), settings.clone(), camera.clone());
+        Ok(Prepared { gpu, scene, resources, rays, probe, needs, method, settings, camera, context, targets, passes })
+    }
+
+    /// Which parts run and which are left out.
+    pub fn needs(&self) -> &Needs {
+        &self.needs
+    }
+
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    pub fn camera(&self) -> &StereoCamera {
+        &self.camera
+    }
+
+    /// The random numbers of the frames to come.
+    pub fn set_seed(&mut self, seed: u32, frame: u32) {
+        self.settings.seed = seed;
+        self.settings.frame = frame;
+        self.context.update(&self.camera, &self.settings, &self.scene);
+    }
+
+    /// The eyes of the frames to come. Light and geometry stay relative to where the head was at first: within some
+    /// kilometres of it single precision is finer than a pixel.
+    pub fn set_camera(&mut self, camera: &StereoCamera) {
+        self.camera = camera.clone();
+        self.context.update(camera, &self.settings, &self.scene);
+    }
+
+    /// Renders one frame; `progress` hears how many of its samples are done.
+    ///
+    /// # Errors
+    /// [`RenderError`]: what the device said, Ctrl-C, or a picture that holds NaN or infinity.
+    pub fn frame(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<FrameReport, RenderError> {
+        let start = Instant::now();
+        let (times, counters) = self.record(progress)?;
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        if counters.nan > 0 || counters.inf > 0 {
+            return Err(RenderError::NotFinite {
+                scene: self.scene.name.clone(),
+                method: self.method.to_string(),
+                nan: counters.nan,
+                inf: counters.inf,
+            });
+        }
+        Ok(FrameReport { passes: by_name(times), wall_ms, counters })
+    }
+
+    fn record(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<(Vec<PassTime>, Counts), RenderError> {
+        let Prepared { scene, resources, passes, context, targets, .. } = self;
+        let samples = self.method.samples();
+        // Only where the settings ask for the probe: one that was made for other settings is not looked at.
+        let fallback = self.probe.as_deref().filter(|_| self.needs.probe).unwrap_or(&resources.environment);
+        let mut frame = Frame::begin(&self.gpu)?;
+        let (mut times, mut counts) = (Vec::new(), Counts::default());
+        frame.fill(&context.counters, 0);
+        passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
+        if let (Some(pass), Some(out)) = (&passes.back_face, &targets.screen_space)
+            && let Some(back) = &out.back_depth
+        {
+            pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
+        }
+        passes.lighting.record(&mut frame, resources, context, targets)?;
+        if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
+            classify.record(&mut frame, context, targets, list)?;
+            if let (Some((pyramid, trace, resolve)), Some(out)) = (&passes.screen_space, &targets.screen_space) {
+                pyramid.record(&mut frame, context, &targets.gbuffer, out)?;
+                for sample in 0..samples {
+                    if sample > 0 && sample % SAMPLES_A_SUBMISSION == 0 {
+                        times.extend(frame.finish()?);
+                        progress(sample, samples)?;
+                        frame = self.next_submission(&mut counts)?;
+                    }
+                    trace.record(&mut frame, context, &targets.gbuffer, list, out, sample)?;
+                    resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
+                }
+            }
+            if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
+                let (mut first, mut count) = (0, 1);
+                while first < samples {
+                    count = count.min(samples - first);
+                    pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
+                    let start = Instant::now();
+                    times.extend(frame.finish()?);
+                    let seconds = start.elapsed().as_secs_f64();
+                    frame = self.next_submission(&mut counts)?;
+                    first += count;
+                    progress(first, samples)?;
+                    // The first one also rasterises and compiles; it only makes the next estimate cautious.
+                    let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
+                    count = (fitting as u32).clamp(1, 4 * count);
+                }
+            }
+        }
+        passes.composite.record(&mut frame, context, targets)?;
+        times.extend(frame.finish()?);
+        self.count(&mut counts)?;
+        Ok((times, counts))
+    }
+
+    /// The counters so far, and a submission that starts them anew.
+    fn next_submission(&self, counts: &mut Counts) -> Result<Frame, GpuError> {
+        self.count(counts)?;
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.fill(&self.context.counters, 0);
+        Ok(frame)
+    }
+
+    fn count(&self, counts: &mut Counts) -> Result<(), GpuError> {
+        let bytes = read_buffer(&self.gpu, &self.context.counters)?;
+        counts.add(&bytemuck::pod_read_unaligned::<CountersData>(&bytes[..size_of::<CountersData>()]));
+        Ok(())
+    }
+
+    /// Linear radiance of the last frame.
+    ///
+    /// # Errors
+    /// What the device said; also below.
+    pub fn linear(&self) -> Result<StereoPicture, GpuError> {
+        self.picture(&self.targets.linear)
+    }
+
+    /// The outgoing reflection alone; zero where none was traced.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn reflection(&self) -> Result<StereoPicture, GpuError> {
+        self.picture(&self.targets.reflection_out)
+    }
+
+    /// Standard error of the reflection's mean, per channel; the reference only.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn standard_error(&self, reflection: &StereoPicture) -> Result<Option<StereoPicture>, GpuError> {
+        let error = self.targets.path_traced.as_ref().map(|p| self.picture(&p.error)).transpose()?;
+        Ok(error.map(|e| masked(e, reflection)))
+    }
+
+    /// sRGB bytes (RGBA) by eye.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn display(&self) -> Result<[Vec<u8>; 2], GpuError> {
+        Ok(split(read_image(&self.gpu, &self.targets.display)?))
+    }
+
+    /// The tone-mapped picture where it lies: two layers of RGBA8, sRGB values.
+    pub fn display_image(&self) -> &Image {
+        &self.targets.display
+    }
+
+    fn picture(&self, image: &Image) -> Result<StereoPicture, GpuError> {
+        let (width, height) = image.extent();
+        let bytes = read_image(&self.gpu, image)?;
+        let texels: Vec<[f32; 3]> = bytes
+            .chunks_exact(16)
+            .map(|t| [0, 4, 8].map(|i| f32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]])))
+            .collect();
+        let (left, right) = texels.split_at(texels.len() / 2);
+        Ok(StereoPicture { width, height, eyes: [left.to_vec(), right.to_vec()] })
+    }
+}
+
+/// The error exists where a reflection does; elsewhere the image was never written.
+fn masked(mut error: StereoPicture, reflection: &StereoPicture) -> StereoPicture {
+    for (errors, values) in error.eyes.iter_mut().zip(&reflection.eyes) {
+        for (e, v) in errors.iter_mut().zip(values) {
+            if *v == [0.0; 3] {
+                *e = [0.0; 3];
+            }
+        }
+    }
+    error
+}
+
+fn split(bytes: Vec<u8>) -> [Vec<u8>; 2] {
+    let (left, right) = bytes.split_at(bytes.len() / 2);
+    [left.to_vec(), right.to_vec()]
+}
+
+/// Sums the times of passes that ran more than once (each eye, each sample), in order of first appearance.
+fn by_name(times: Vec<PassTime>) -> Vec<PassTime> {
+    let mut sums: Vec<PassTime> = Vec::new();
+    for time in times {
+        match sums.iter_mut().find(|s| s.name == time.name) {
+            Some(sum) => sum.ms += time.ms,
+            None => sums.push(time),
+        }
+    }
+    sums
+}
