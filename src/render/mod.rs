@@ -10,6 +10,7 @@ mod context;
 mod depth_pyramid;
 mod framing;
 mod gbuffer;
+pub mod hits;
 mod lighting;
 pub mod method;
 mod mips;
