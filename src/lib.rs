@@ -7,6 +7,7 @@ pub mod console;
 pub mod display;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod metrics;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;
