@@ -3,6 +3,8 @@
 //! Data flows one way: study → session → display → render; see ARCHITECTURE.md.
 
 pub mod commands;
+#[cfg(feature = "gpu")]
+pub mod compare;
 pub mod console;
 pub mod display;
 #[cfg(feature = "gpu")]

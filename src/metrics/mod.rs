@@ -5,6 +5,7 @@
 
 pub mod error;
 pub mod flip;
+pub mod judge;
 pub mod moments;
 pub mod pairs;
 pub mod ssim;
@@ -13,6 +14,7 @@ pub mod tone;
 
 pub use error::{Errors, errors};
 pub use flip::Flip;
+pub use judge::{Judge, Scores};
 pub use moments::Moments;
 pub use pairs::{Pairs, Surfaces};
 pub use ssim::Ssim;

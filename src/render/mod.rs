@@ -9,6 +9,8 @@ mod composite;
 mod context;
 mod depth_pyramid;
 mod gbuffer;
+pub mod geometry;
+mod identity;
 mod lighting;
 pub mod method;
 mod mips;
@@ -25,6 +27,8 @@ mod targets;
 mod trace;
 mod upload;
 
+pub use geometry::Geometry;
+pub use identity::identity;
 pub use method::Method;
 pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};

@@ -18,6 +18,7 @@ use super::composite::CompositePass;
 use super::context::{Context, read_buffer, read_image};
 use super::depth_pyramid::DepthPyramidPass;
 use super::gbuffer::{BackFacePass, GBufferPass};
+use super::geometry::Geometry;
 use super::lighting::LightingPass;
 use super::method::Method;
 use super::needs::Needs;
@@ -26,7 +27,7 @@ use super::renderer::RenderError;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
 use super::shared::{CountersData, Counts};
-use super::targets::Targets;
+use super::targets::{GBuffer, Targets};
 use super::trace::TracePass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
@@ -268,6 +269,21 @@ impl Prepared {
     pub fn standard_error(&self, reflection: &StereoPicture) -> Result<Option<StereoPicture>, GpuError> {
         let error = self.targets.path_traced.as_ref().map(|p| self.picture(&p.error)).transpose()?;
         Ok(error.map(|e| masked(e, reflection)))
+    }
+
+    /// What the pixels of the last frame show, apart from light.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn geometry(&self) -> Result<Geometry, GpuError> {
+        let GBuffer { depth, surface, instance, .. } = &self.targets.gbuffer;
+        let read = |image: &Image| read_image(&self.gpu, image);
+        let reflection = self.targets.path_traced.as_ref().map(|p| read(&p.reflection)).transpose()?;
+        Ok(Geometry::decode(
+            [&read(depth)?, &read(surface)?, &read(instance)?],
+            reflection.as_deref(),
+            self.settings.ray_roughness_limit,
+        ))
     }
 
     /// sRGB bytes (RGBA) by eye.
