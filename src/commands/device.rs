@@ -60,7 +60,7 @@ pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size
 /// The method with the samples asked for; on a software device the reference takes 64 unless told, which is said.
 pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, console: &Console) -> Method {
     let untold = samples.is_none() && method.samples() == 1024;
-    if untold && gpu.is_cpu() && method.answer() == Answer::PathTraced {
+    if untold && gpu.is_cpu() && method.parts().answer == Answer::PathTraced && !method.parts().resolved {
         console.note(format!("{} is a software device: 64 paths a pixel (--spp changes it)", gpu.info().name));
         return method.with_samples(Some(64));
     }
