@@ -16,17 +16,33 @@ const BOTTOM: f64 = 64.0;
 /// Least distance of two names, pixels.
 const NAME_STEP: f64 = 17.0;
 
-/// Okabe & Ito's colours, told apart by colour-blind readers; each with one lightness for dark grounds.
-const STYLE: &str = "svg{--ground:#fff;--ink:#1a1a1a;--soft:#5c5c5c;--grid:#e3e3e3;\
---c0:#0072b2;--c1:#d55e00;--c2:#007a58;--c3:#b0548a;--c4:#9a6a00;--c5:#2a85b8}\
-@media(prefers-color-scheme:dark){svg{--ground:#15171b;--ink:#ececec;--soft:#a5a8ad;--grid:#2e3238;\
---c0:#5db3ea;--c1:#ff8b3d;--c2:#35c79a;--c3:#e6a3cb;--c4:#f0b73a;--c5:#8fd3f7}}\
-text{font:13px system-ui,'Segoe UI',Helvetica,Arial,sans-serif;fill:var(--ink)}\
-.title{font-size:16px;font-weight:600}.soft{fill:var(--soft)}.small{font-size:11px}\
-.middle{text-anchor:middle}.end{text-anchor:end}\
-.grid{stroke:var(--grid);stroke-width:1}.axis{stroke:var(--soft);stroke-width:1}\
-.floor{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:5 4}\
-.line{fill:none;stroke-width:2}.bar{stroke-width:1.4}.lead{stroke-width:.8;opacity:.6}";
+/// Colours for so many methods; more begin again with other marks.
+const METHODS: usize = 6;
+
+/// What does not depend on the ground.
+const FORM: &str = "text{font:13px system-ui,'Segoe UI',Helvetica,Arial,sans-serif}\
+.title{font-size:16px;font-weight:600}.small{font-size:11px}.middle{text-anchor:middle}.end{text-anchor:end}\
+.grid,.axis,.bar{stroke-width:1.2}.floor{stroke-width:1.2;stroke-dasharray:5 4}\
+.line{fill:none;stroke-width:2}.lead{stroke-width:.8;opacity:.6}";
+
+/// Ground, ink, soft ink, grid, then one colour a method: Okabe & Ito's, told apart by colour-blind readers, darkened or
+/// lightened until thin lines stand out.
+const LIGHT: [&str; 10] =
+    ["#ffffff", "#1a1a1a", "#5c5c5c", "#e3e3e3", "#0072b2", "#d55e00", "#007a58", "#b0548a", "#9a6a00", "#2a85b8"];
+const DARK: [&str; 10] =
+    ["#15171b", "#ececec", "#a5a8ad", "#2e3238", "#5db3ea", "#ff8b3d", "#35c79a", "#e6a3cb", "#f0b73a", "#8fd3f7"];
+
+/// Plain rules instead of variables, which many viewers do not know.
+fn colors([ground, ink, soft, grid, methods @ ..]: [&str; 10]) -> String {
+    let mut rules = format!(
+        ".ground{{fill:{ground}}}text{{fill:{ink}}}.soft{{fill:{soft}}}.grid{{stroke:{grid}}}\
+         .axis,.floor{{stroke:{soft}}}"
+    );
+    for (i, color) in methods.iter().enumerate() {
+        let _ = write!(rules, ".f{i}{{fill:{color}}}.k{i}{{stroke:{color}}}");
+    }
+    rules
+}
 
 /// A drawing for each fallback of the scene; none where there is nothing to draw.
 pub fn plots(scene: &SceneReport) -> Vec<(String, String)> {
@@ -105,9 +121,11 @@ fn plot(scene: &SceneReport, fallback: &str) -> Option<String> {
 
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
-         height=\"{HEIGHT}\" role=\"img\" aria-label=\"{}: error of the reflection over its time\"><style>{STYLE}</style>\
-         <rect width=\"100%\" height=\"100%\" fill=\"var(--ground)\"/>",
-        escape(&scene.scene)
+         height=\"{HEIGHT}\" role=\"img\" aria-label=\"{}: error of the reflection over its time\"><style>{FORM}{}\
+         @media(prefers-color-scheme:dark){{{}}}</style><rect class=\"ground\" width=\"100%\" height=\"100%\"/>",
+        escape(&scene.scene),
+        colors(LIGHT),
+        colors(DARK)
     );
     text(&mut out, "title", LEFT, 26.0, &format!("{}: error of the reflection over its time", scene.scene));
     let seeds = scene.results.first().map_or(0, |r| r.seeds);
@@ -172,25 +190,20 @@ fn axes(out: &mut String, x: &Axis, y: &Axis) {
 }
 
 fn draw(out: &mut String, index: usize, series: &Series<'_>, x: &Axis, y: &Axis) {
-    let color = color(index);
+    let stroke = format!("k{}", index % METHODS);
     let at = |p: &Point| (x.at(p.ms), y.at(p.mse));
     let path: Vec<String> = series.points.iter().map(|p| format!("{:.1},{:.1}", at(p).0, at(p).1)).collect();
-    let _ = write!(out, "<polyline class=\"line\" stroke=\"{color}\" points=\"{}\"/>", path.join(" "));
+    let _ = write!(out, "<polyline class=\"line {stroke}\" points=\"{}\"/>", path.join(" "));
     for p in &series.points {
         let (px, py) = at(p);
         if let Some([lo, hi]) = p.interval {
             let (low, high) = (y.at(lo), y.at(hi));
             // Shorter than the mark, a bar would only blur it.
             if low - high > 10.0 {
-                for (a, b) in
-                    [((px, low), (px, high)), ((px - 4.0, low), (px + 4.0, low)), ((px - 4.0, high), (px + 4.0, high))]
-                {
-                    let ((ax, ay), (bx, by)) = (a, b);
-                    let _ = write!(
-                        out,
-                        "<line class=\"bar\" stroke=\"{color}\" x1=\"{ax:.1}\" y1=\"{ay:.1}\" x2=\"{bx:.1}\" y2=\"{by:.1}\"/>"
-                    );
-                }
+                let class = format!("bar {stroke}");
+                line(out, &class, (px, low), (px, high));
+                line(out, &class, (px - 4.0, low), (px + 4.0, low));
+                line(out, &class, (px - 4.0, high), (px + 4.0, high));
             }
         }
         mark(out, index, px, py);
@@ -212,28 +225,18 @@ fn names(out: &mut String, series: &[Series<'_>], x: &Axis, y: &Axis) {
         let at = from_y.clamp(free, lowest + NAME_STEP * rank as f64);
         free = at + NAME_STEP;
         let name_x = WIDTH - RIGHT + 20.0;
-        let color = color(i);
-        let _ = write!(
-            out,
-            "<line class=\"lead\" stroke=\"{color}\" x1=\"{:.1}\" y1=\"{from_y:.1}\" x2=\"{:.1}\" y2=\"{at:.1}\"/>",
-            from_x + 8.0,
-            name_x - 12.0
-        );
+        line(out, &format!("lead k{}", i % METHODS), (from_x + 8.0, from_y), (name_x - 12.0, at));
         mark(out, i, name_x - 4.0, at);
         text(out, "", name_x + 7.0, at + 4.5, series[i].method);
     }
 }
 
-fn color(index: usize) -> String {
-    format!("var(--c{})", index % 6)
-}
-
 /// Circle, square, diamond, triangle: told apart without colour.
 fn mark(out: &mut String, index: usize, x: f64, y: f64) {
-    let color = color(index);
+    let fill = format!("f{}", index % METHODS);
     let corners: &[(f64, f64)] = match index % 4 {
         0 => {
-            let _ = write!(out, "<circle fill=\"{color}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.6\"/>");
+            let _ = write!(out, "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.6\"/>");
             return;
         }
         1 => &[(-4.2, -4.2), (4.2, -4.2), (4.2, 4.2), (-4.2, 4.2)],
@@ -241,7 +244,7 @@ fn mark(out: &mut String, index: usize, x: f64, y: f64) {
         _ => &[(0.0, -5.4), (5.2, 4.0), (-5.2, 4.0)],
     };
     let points: Vec<String> = corners.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
-    let _ = write!(out, "<polygon fill=\"{color}\" points=\"{}\"/>", points.join(" "));
+    let _ = write!(out, "<polygon class=\"{fill}\" points=\"{}\"/>", points.join(" "));
 }
 
 fn line(out: &mut String, class: &str, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {

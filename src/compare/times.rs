@@ -16,8 +16,8 @@ pub fn groups(passes: &[PassTime]) -> Groups {
     let mut sums: Groups = ["total", "trace", "resolve", "trace_resolve"].map(|g| (g.to_owned(), 0.0)).into();
     for pass in passes.iter().filter(|p| !SHARED.contains(&p.name.as_str())) {
         let group = match pass.name.as_str() {
-            name if name.starts_with("trace") || name == "path_trace" => "trace",
-            name if name.starts_with("resolve") => "resolve",
+            name if name.starts_with("trace") || name.starts_with("path_") => "trace",
+            name if name.starts_with("resolve") || name == "reproject" => "resolve",
             name => name,
         };
         let mut add = |group: &str| *sums.entry(group.to_owned()).or_default() += pass.ms;
@@ -45,11 +45,12 @@ mod tests {
             ("trace", 8.0),
             ("trace_other_eye", 16.0),
             ("resolve", 32.0),
+            ("reproject", 64.0),
             ("composite", 100.0),
         ];
         let found = groups(&passes.map(|(name, ms)| PassTime { name: name.to_owned(), ms }));
-        assert_eq!(found["total"], 63.0);
-        assert_eq!((found["trace"], found["resolve"], found["trace_resolve"]), (24.0, 32.0, 56.0));
+        assert_eq!(found["total"], 127.0);
+        assert_eq!((found["trace"], found["resolve"], found["trace_resolve"]), (24.0, 96.0, 120.0));
         assert_eq!((found["backface"], found["depth_pyramid"], found["classify"]), (1.0, 4.0, 2.0));
         assert!(!found.contains_key("trace_other_eye") && !found.contains_key("gbuffer"));
     }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::framing::Framing;
+
 /// One eye's pixels, rows from the top. Where nothing was drawn depth is 0, and what stands beside it means nothing.
 #[derive(Debug, Clone, Default)]
 pub struct EyeGeometry {
@@ -53,6 +55,20 @@ impl Geometry {
                 out.inverse_hit_distance.push(known.map_or(-1.0, |r| f32::from_bits(word(r, 4 * i + 3))));
             }
             out
+        });
+        Geometry { eyes }
+    }
+
+    /// What is shown of what was drawn.
+    pub(super) fn cropped(self, framing: &Framing) -> Geometry {
+        let eyes = self.eyes.map(|e| EyeGeometry {
+            traced: framing.crop(&e.traced),
+            depth: framing.crop(&e.depth),
+            instance: framing.crop(&e.instance),
+            normal: framing.crop(&e.normal),
+            face_normal: framing.crop(&e.face_normal),
+            roughness: framing.crop(&e.roughness),
+            inverse_hit_distance: framing.crop(&e.inverse_hit_distance),
         });
         Geometry { eyes }
     }

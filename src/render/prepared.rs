@@ -318,11 +318,10 @@ impl Prepared {
         let GBuffer { depth, surface, instance, .. } = &self.targets.gbuffer;
         let read = |image: &Image| read_image(&self.gpu, image);
         let reflection = self.targets.path_traced.as_ref().map(|p| read(&p.reflection)).transpose()?;
-        Ok(Geometry::decode(
-            [&read(depth)?, &read(surface)?, &read(instance)?],
-            reflection.as_deref(),
-            self.settings.ray_roughness_limit,
-        ))
+        let images = [read(depth)?, read(surface)?, read(instance)?];
+        let limit = self.settings.ray_roughness_limit;
+        let drawn = Geometry::decode(images.each_ref().map(Vec::as_slice), reflection.as_deref(), limit);
+        Ok(drawn.cropped(&self.framing))
     }
 
     /// sRGB bytes (RGBA) by eye.
