@@ -18,6 +18,13 @@ pub struct StereoPicture {
     pub eyes: [Vec<[f32; 3]>; 2],
 }
 
+impl StereoPicture {
+    /// The pixels by eye.
+    pub fn eyes(&self) -> [&[[f32; 3]]; 2] {
+        self.eyes.each_ref().map(Vec::as_slice)
+    }
+}
+
 /// A picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {

@@ -183,9 +183,7 @@ fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture
         delta_roughness: prepared.settings().delta_roughness,
         eyes: [0, 1].map(|eye| surfaces(&geometry.eyes[eye])),
     };
-    let eyes = |picture: &StereoPicture| -> [Vec<[f32; 3]>; 2] { picture.eyes.clone() };
-    let (linear, error) = (eyes(linear), eyes(error));
-    let reference = pairs::Reference { linear: [&linear[0], &linear[1]], error: [&error[0], &error[1]] };
+    let reference = pairs::Reference { linear: linear.eyes(), error: error.eyes() };
     Pairs::choose(&surfaces, &reference)
 }
 

@@ -83,7 +83,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
             used: pairs.pairs.len() as u64,
             undecided: share(pairs.undecided),
             different: share(pairs.different),
-            floor: share_beyond(pairs, eyes(&reference.again[0])),
+            floor: share_beyond(pairs, reference.again[0].eyes()),
         },
         equal_sample: ratios::equal_sample(&results, &baseline),
         equal_time: ratios::equal_time(&results, &baseline),
@@ -190,7 +190,7 @@ impl<'a> Run<'a> {
         self.groups.push(times::groups(&frame.passes));
         self.passes.push(frame.passes.into_iter().map(|p| (p.name, p.ms)).collect());
         self.clamped += frame.counters.clamped;
-        self.consistency.add(eyes(&linear));
+        self.consistency.add(linear.eyes());
         // The eyes in parallel: no frame runs meanwhile, so no time is disturbed.
         let eye = |eye: usize, moments: &mut Moments| {
             moments.add(masked(&reflection.eyes[eye], &masks[eye]));
@@ -269,10 +269,6 @@ fn fallback_name(fallback: Fallback) -> &'static str {
         Fallback::Probe => "probe",
         Fallback::Environment => "environment",
     }
-}
-
-fn eyes(picture: &StereoPicture) -> [&[[f32; 3]]; 2] {
-    [&picture.eyes[0], &picture.eyes[1]]
 }
 
 /// The channels of the pixels that count.

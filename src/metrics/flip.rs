@@ -64,11 +64,6 @@ impl Flip {
         color.zip(features).map(|(c, f)| c.powf(1.0 - f)).collect()
     }
 
-    /// Mean error: the tool's headline number.
-    pub fn of(&self, picture: &[[f32; 3]]) -> f64 {
-        super::mean(self.map(picture).into_iter().map(f64::from)).unwrap_or(0.0)
-    }
-
     /// Mean error where the mask holds; `None` where it never does.
     pub fn over(&self, picture: &[[f32; 3]], mask: &[bool]) -> Option<f64> {
         super::mean(self.map(picture).into_iter().zip(mask).filter(|(_, m)| **m).map(|(e, _)| f64::from(e)))
