@@ -1,5 +1,6 @@
 //! Opening the device for a command, and what a software device changes.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use crate::console::Console;
@@ -16,6 +17,11 @@ use super::WrongUsage;
 /// [`GpuError`] naming what is missing.
 pub fn open(name: Option<&str>) -> Result<Rc<Gpu>, GpuError> {
     Gpu::open(&OwnDevice { name: name.map(str::to_owned) }, &GpuOptions::from_environment())
+}
+
+/// Where what can be made again is kept: `cyclopean` in the user's cache folder, or in the current one without any.
+pub fn cache_folder() -> PathBuf {
+    GpuOptions::from_environment().pipeline_cache.unwrap_or_else(|| PathBuf::from(".cyclopean"))
 }
 
 /// Pixels of one eye, as `WxH`.

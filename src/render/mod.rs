@@ -10,7 +10,9 @@ mod context;
 mod depth_pyramid;
 mod framing;
 mod gbuffer;
+pub mod geometry;
 pub mod hits;
+mod identity;
 mod lighting;
 pub mod method;
 mod mips;
@@ -29,6 +31,8 @@ mod targets;
 mod trace;
 mod upload;
 
+pub use geometry::Geometry;
+pub use identity::identity;
 pub use method::Method;
 pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};

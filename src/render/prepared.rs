@@ -19,6 +19,7 @@ use super::context::{Context, read_buffer, read_image};
 use super::depth_pyramid::DepthPyramidPass;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
+use super::geometry::Geometry;
 use super::hits::{self, RayEnd};
 use super::lighting::LightingPass;
 use super::method::Method;
@@ -30,7 +31,7 @@ use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
 use super::shared::{CountersData, Counts};
-use super::targets::Targets;
+use super::targets::{GBuffer, Targets};
 use super::trace::TracePass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
@@ -317,6 +318,20 @@ impl Prepared {
     /// As [`Prepared::linear`].
     pub fn ray_ends(&self) -> Result<Option<[Vec<RayEnd>; 2]>, GpuError> {
         self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits)).transpose()
+    }
+
+    /// What the pixels of the last frame show, apart from light.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn geometry(&self) -> Result<Geometry, GpuError> {
+        let GBuffer { depth, surface, instance, .. } = &self.targets.gbuffer;
+        let read = |image: &Image| read_image(&self.gpu, image);
+        let reflection = self.targets.path_traced.as_ref().map(|p| read(&p.reflection)).transpose()?;
+        let images = [read(depth)?, read(surface)?, read(instance)?];
+        let limit = self.settings.ray_roughness_limit;
+        let drawn = Geometry::decode(images.each_ref().map(Vec::as_slice), reflection.as_deref(), limit);
+        Ok(drawn.cropped(&self.framing))
     }
 
     /// sRGB bytes (RGBA) by eye.
