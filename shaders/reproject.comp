@@ -121,11 +121,13 @@ void main() {
         // Half a pixel of misplacement would blur what a narrow lobe shows sharply, and such a lobe has no noise to
         // lose: there, as in a mirror, the pair only fills.
         float share = is_mirror(p.surface) ? 0.0 : clamp(lobe, 0.0, 1.0);
-        // Whoever knows more of the light has more to say; without filling, whoever has more taps.
         float own_weight = own.weight, pair_weight = pair.weight;
         if (FILLING != 0u) {
-            own_weight *= own.light.a;
-            pair_weight *= pair.light.a;
+            // Where the eyes know about as much, the difference is chance, and their mean is right; where one knows much
+            // more, the other one is blind there, and who knows has the say.
+            float blind = smoothstep(0.2, 0.6, abs(own.light.a - pair.light.a));
+            own_weight *= mix(1.0, own.light.a, blind);
+            pair_weight *= mix(1.0, pair.light.a, blind);
         }
         if (own.light.a > 0.0) pair_weight *= share;
         light = (own_weight * own.light + pair_weight * pair.light) / max(own_weight + pair_weight, 1e-12);

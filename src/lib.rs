@@ -14,4 +14,6 @@ pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;
 pub mod scene;
+#[cfg(feature = "gpu")]
+pub mod stress;
 pub mod study;

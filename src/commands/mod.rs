@@ -17,6 +17,8 @@ pub mod run;
 mod scene;
 #[cfg(feature = "gpu")]
 mod stimulus;
+#[cfg(feature = "gpu")]
+mod stress;
 pub mod study;
 
 use std::process::ExitCode;
@@ -51,6 +53,8 @@ enum Command {
     Doctor(doctor::Args),
     #[cfg(feature = "gpu")]
     Demo(demo::Args),
+    #[cfg(feature = "gpu")]
+    Stress(stress::Args),
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
@@ -67,6 +71,8 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Doctor(args) => doctor::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Demo(args) => demo::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Stress(args) => stress::run(args, &console),
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),

@@ -11,6 +11,7 @@ mod depth_pyramid;
 mod framing;
 mod gbuffer;
 pub mod geometry;
+pub mod hits;
 mod identity;
 mod lighting;
 pub mod method;

@@ -20,6 +20,7 @@ use super::depth_pyramid::DepthPyramidPass;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
 use super::geometry::Geometry;
+use super::hits::{self, RayEnd};
 use super::lighting::LightingPass;
 use super::method::Method;
 use super::needs::Needs;
@@ -308,6 +309,15 @@ impl Prepared {
     pub fn standard_error(&self, reflection: &StereoPicture) -> Result<Option<StereoPicture>, GpuError> {
         let error = self.targets.path_traced.as_ref().map(|p| self.picture(&p.error)).transpose()?;
         Ok(error.map(|e| masked(e, reflection)))
+    }
+
+    /// How the rays of the last sample ended, pixel by pixel; `None` where none are filtered. A guard band is in it.
+    /// Pixels that trace no ray hold what was there before.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn ray_ends(&self) -> Result<Option<[Vec<RayEnd>; 2]>, GpuError> {
+        self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits)).transpose()
     }
 
     /// What the pixels of the last frame show, apart from light.

@@ -1,0 +1,149 @@
+//! The reflection lobe from mirror to matt: energy, and the lobe's albedo against a quadrature of its own.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use crate::render::{RenderError, Settings};
+use crate::scene::{Fallback, Scene, View};
+
+use super::bench::Bench;
+use super::case::{Bound, Case, Worst};
+use super::measure::{farthest_from, mean, most};
+use super::shapes::{furnace, look, material, place, plane, scene, settings};
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "mirror",
+        hazard: "α = 0: D is ∞·0",
+        checks: "a mirror ball (roughness 0, 1e-30, 1e-4, 0.0299) in a white world cannot be seen",
+        unit: "radiance, of 1",
+        // The albedo table is fp16 and read bilinearly.
+        bound: Bound::AtMost(2e-3),
+        run: mirror,
+    },
+    Case {
+        name: "white-furnace",
+        hazard: "a lobe that makes light",
+        checks: "the most that a white ball returns of a white world, roughness 0 to 1 in 21 steps",
+        unit: "radiance, of 1",
+        bound: Bound::AtMost(1.02),
+        run: gain,
+    },
+    Case {
+        name: "lobe-albedo",
+        hazard: "a density that does not fit its samples",
+        checks: "roughness 0.03 to 0.8, n·v 1 to 0.05: distance of the mean from the lobe's albedo by quadrature",
+        unit: "of the albedo",
+        bound: Bound::AtMost(0.02),
+        run: lobe_albedo,
+    },
+    Case {
+        name: "energy-lost",
+        hazard: "single scattering loses what would bounce again",
+        checks: "the least that a white plane returns, roughness 0 to 1, n·v 1 to 0.05 (by quadrature the least is 0.307)",
+        unit: "radiance, of 1",
+        bound: Bound::AtLeast(0.29),
+        run: loss,
+    },
+];
+
+/// Directional albedo of the GGX lobe with Fresnel 1, by quadrature over half vectors: no code of the renderer, no
+/// importance sampling. Smith's height-correlated masking (Heitz 2014).
+pub fn albedo(nv: f64, roughness: f64) -> f64 {
+    let alpha = roughness * roughness;
+    let v = [(1.0 - nv * nv).sqrt(), 0.0, nv];
+    let lambda = |c: f64| (((1.0 - c * c) * alpha * alpha / (c * c) + 1.0).sqrt() - 1.0) / 2.0;
+    let (steps, turns) = (400, 400);
+    let mut sum = 0.0;
+    for i in 0..steps {
+        // tan θ_h = α·√(u/(1 − u)) spreads the half vectors as D does.
+        let u = (f64::from(i) + 0.5) / f64::from(steps);
+        let tan2 = alpha * alpha * u / (1.0 - u);
+        let ch = 1.0 / (1.0 + tan2).sqrt();
+        let sh = (1.0 - ch * ch).max(0.0).sqrt();
+        for j in 0..turns {
+            let phi = std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(turns);
+            let h = [sh * phi.cos(), sh * phi.sin(), ch];
+            let vh = v[0] * h[0] + v[2] * h[2];
+            let nl = 2.0 * vh * h[2] - v[2];
+            if vh <= 0.0 || nl <= 0.0 {
+                continue;
+            }
+            // f·cos θ_l dω_l = D G F/(4 nv) dω_l, dω_l = 4 vh dω_h, D·ch dω_h = du dφ/2π.
+            let g2 = 1.0 / (1.0 + lambda(nv) + lambda(nl));
+            sum += g2 * vh / (nv * ch);
+        }
+    }
+    sum / f64::from(steps * turns)
+}
+
+fn white(width: u32, height: u32) -> Settings {
+    Settings { fallback: Some(Fallback::Environment), ..settings(width, height) }
+}
+
+fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::largest();
+    for roughness in [0.0, 1e-30, 1e-4, 0.0299] {
+        let ball = Arc::new(furnace(roughness));
+        for method in ["sssr", "stereo", "path-traced@4"] {
+            let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(48, 48))?;
+            worst.see(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, {method}"));
+        }
+    }
+    Ok(worst)
+}
+
+fn gain(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::largest();
+    for step in 0..=20u8 {
+        let roughness = f32::from(step) / 20.0;
+        let ball = Arc::new(furnace(roughness));
+        for method in ["sssr", "stereo", "path-traced@64"] {
+            let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(33, 33))?;
+            worst.see(most(&shot.reflection), format!("roughness {roughness}, {method}"));
+        }
+    }
+    Ok(worst)
+}
+
+/// A white plane that fills a narrow view and is seen at this n·v.
+fn tilted(roughness: f32, nv: f64) -> Arc<Scene> {
+    let turn = DQuat::from_rotation_x(nv.asin());
+    let floor = place([1e3, 1.0, 1e3], turn, [0.0; 3]);
+    let view = View { vertical_fov_rad: 0.002, ipd_m: 0.001, ..look(DVec3::new(0.0, 0.0, 1.0), DVec3::ZERO) };
+    Arc::new(scene(vec![(plane(1), material(roughness), floor)], 1.0, view))
+}
+
+const TILTS: [f64; 4] = [1.0, 0.6, 0.25, 0.05];
+
+fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::largest();
+    for roughness in [0.03f32, 0.08, 0.2, 0.35, 0.5, 0.65, 0.8] {
+        for nv in TILTS {
+            let floor = tilted(roughness, nv);
+            // As the view's middle: a pixel off it sees another n·v by 0.001.
+            let expected = albedo(nv.min(0.9999), f64::from(roughness));
+            let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, "path-traced@64", &white(16, 16))?;
+            let off = (mean(&shot.reflection) / expected - 1.0).abs();
+            worst.see(off, format!("roughness {roughness}, n·v {nv}: {:.4} and {expected:.4}", mean(&shot.reflection)));
+        }
+    }
+    Ok(worst)
+}
+
+fn loss(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::smallest();
+    for roughness in [0.0f32, 0.2, 0.5, 0.8, 0.9, 1.0] {
+        for nv in TILTS {
+            let shot = bench.render(
+                &format!("r={roughness} nv={nv}"),
+                &tilted(roughness, nv),
+                "path-traced@16",
+                &white(16, 16),
+            )?;
+            worst.see(mean(&shot.linear), format!("roughness {roughness}, n·v {nv}"));
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,108 @@
+//! Pictures of odd sizes and wide views: the depth pyramid's padding, groups that stick out, rays next to the border.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use crate::render::{RenderError, Settings};
+use crate::scene::{Fallback, Light};
+
+use super::bench::Bench;
+use super::case::{Bound, Case, Worst};
+use super::measure::{farthest_from, most, relative_squared_error};
+use super::shapes::{furnace, hall, look, settings, stripes};
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "odd-sizes",
+        hazard: "a picture smaller than a cell of the pyramid, or not a whole number of them",
+        checks: "sizes from 1×1 to 127×65: a mirror ball in a white world cannot be seen",
+        unit: "radiance, of 1",
+        bound: Bound::AtMost(2e-3),
+        run: mirror,
+    },
+    Case {
+        name: "odd-sizes-against-reference",
+        hazard: "a pyramid that loses its last row or column",
+        checks: "sizes around 64 and 128: relative squared error at 16 rays, all in view",
+        unit: "relative squared error",
+        bound: Bound::AtMost(0.05),
+        run: against_reference,
+    },
+    Case {
+        name: "one-pixel-lines",
+        hazard: "a picture one pixel wide or high has no neighbours",
+        checks: "1×64 and 64×1 in the hall: the most that a pixel holds",
+        unit: "radiance",
+        bound: Bound::AtMost(2.0),
+        run: lines,
+    },
+    Case {
+        name: "wide-view",
+        hazard: "tan of half the view grows without bound",
+        checks: "a view of 170° and one of 0.01°: the most that a mirror ball returns of a white world",
+        unit: "radiance, of 1",
+        bound: Bound::AtMost(1.02),
+        run: wide,
+    },
+];
+
+fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let ball = Arc::new(furnace(0.0));
+    let mut worst = Worst::largest();
+    for (width, height) in [(1, 1), (1, 2), (3, 5), (7, 1), (1, 65), (63, 64), (65, 33), (127, 65)] {
+        for method in ["sssr", "stereo", "path-traced@1"] {
+            let white = Settings { fallback: Some(Fallback::Environment), ..settings(width, height) };
+            let label = format!("{width}x{height}");
+            let shot = bench.render(&label, &ball, method, &white)?;
+            worst.see(farthest_from(&shot.linear, 1.0), format!("{label}, {method}"));
+        }
+    }
+    Ok(worst)
+}
+
+fn against_reference(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let stripes = Arc::new(stripes(0.35, 1.0));
+    let mut worst = Worst::largest();
+    for (width, height) in [(63, 47), (65, 64), (127, 65), (129, 31)] {
+        let label = format!("{width}x{height}");
+        let reference = bench.render(&label, &stripes, "path-traced@256", &settings(width, height))?;
+        for method in ["sssr@16", "stereo@16"] {
+            let shot = bench.render(&label, &stripes, method, &settings(width, height))?;
+            let error = relative_squared_error(&shot.reflection, &reference.reflection);
+            worst.see(error, format!("{label}, {method}"));
+        }
+    }
+    Ok(worst)
+}
+
+fn lines(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut hall = hall(0.3, 0.064);
+    hall.lights.push(Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(0.1) });
+    let hall = Arc::new(hall);
+    let mut worst = Worst::largest();
+    for (width, height) in [(1, 64), (64, 1), (1, 1)] {
+        for method in ["sssr@2", "stereo", "path-traced@4"] {
+            let label = format!("{width}x{height}");
+            let shot = bench.render(&label, &hall, method, &settings(width, height))?;
+            worst.see(most(&shot.linear), format!("{label}, {method}"));
+        }
+    }
+    Ok(worst)
+}
+
+fn wide(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::largest();
+    for degrees in [170.0f64, 0.01] {
+        let mut ball = furnace(0.1);
+        ball.views[0] = look(DVec3::new(0.3, 0.2, 1.2), DVec3::ZERO);
+        ball.views[0].vertical_fov_rad = degrees.to_radians();
+        let ball = Arc::new(ball);
+        for method in ["sssr", "stereo", "path-traced@16"] {
+            let white = Settings { fallback: Some(Fallback::Environment), ..settings(65, 65) };
+            let shot = bench.render(&format!("{degrees}°"), &ball, method, &white)?;
+            worst.see(most(&shot.linear), format!("{degrees}°, {method}"));
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,153 @@
+//! How errors behave towards the extremes: one parameter is swept, everything else stays.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::render::{RenderError, Settings};
+use crate::scene::Scene;
+
+use super::bench::Bench;
+use super::case::Bound;
+use super::measure::{relative_bias, relative_squared_error};
+use super::shapes::{hall, moved, scaled, settings, stripes};
+
+/// A parameter and the scene it changes.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep {
+    pub name: &'static str,
+    pub about: &'static str,
+    /// Of the values.
+    pub unit: &'static str,
+    pub values: &'static [f64],
+    pub scene: fn(f64) -> Arc<Scene>,
+    /// On the relative squared error of every method at every value.
+    pub bound: Bound,
+}
+
+/// What is compared with the reference.
+const COMPARED: [&str; 2] = ["sssr@4", "stereo@4"];
+const REFERENCE: &str = "path-traced@256";
+
+/// Every sweep.
+pub const SWEEPS: &[Sweep] = &[
+    Sweep {
+        name: "roughness",
+        about: "a floor that reflects stripes, all in view",
+        unit: "perceptual roughness",
+        values: &[0.02, 0.03, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8],
+        scene: |r| Arc::new(stripes(r as f32, 1.0)),
+        bound: Bound::AtMost(0.5),
+    },
+    Sweep {
+        name: "contrast",
+        about: "the same, every second stripe so many times as bright as the others",
+        unit: "ratio",
+        values: &[1.0, 10.0, 100.0, 1e3, 1e4, 1e5],
+        scene: contrast,
+        bound: Bound::AtMost(0.5),
+    },
+    Sweep {
+        name: "ipd",
+        about: "a hall with a column: what one eye misses the other may see",
+        unit: "m",
+        values: &[0.0, 0.01, 0.03, 0.064, 0.1, 0.2],
+        scene: |ipd_m| Arc::new(hall(0.2, ipd_m)),
+        bound: Bound::AtMost(1.0),
+    },
+    Sweep {
+        name: "size",
+        about: "stripes and viewer so many times as large",
+        unit: "ratio",
+        values: &[1e-3, 1e-1, 1.0, 1e2, 1e5],
+        scene: |factor| scaled(&stripes(0.2, 1.0), factor),
+        bound: Bound::AtMost(0.5),
+    },
+    Sweep {
+        name: "place",
+        about: "stripes and viewer so far from the world's origin",
+        unit: "m",
+        values: &[0.0, 1e3, 1e6, 1e9],
+        scene: |m| moved(&stripes(0.2, 1.0), DVec3::splat(m)),
+        bound: Bound::AtMost(0.5),
+    },
+];
+
+/// Bright ones at 1000 at most, the others darker, so that fp16 holds both.
+fn contrast(ratio: f64) -> Arc<Scene> {
+    let bright = ratio.min(1e3) as f32;
+    let mut scene = stripes(0.35, bright);
+    let dim = (f64::from(bright) / ratio) as f32;
+    for m in scene.materials.iter_mut().filter(|m| m.emissive.z > m.emissive.x) {
+        m.emissive *= dim;
+    }
+    Arc::new(scene)
+}
+
+/// A method at a value.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Row {
+    pub value: f64,
+    pub method: &'static str,
+    /// Σ(x − y)²/Σ(y − ȳ)² of the reflection against the reference.
+    pub relative_squared_error: f64,
+    /// Σx/Σy − 1.
+    pub relative_bias: f64,
+    /// Rays without an answer.
+    pub unknown_percent: f64,
+}
+
+/// A sweep that was run.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Along {
+    pub name: &'static str,
+    pub about: &'static str,
+    pub unit: &'static str,
+    pub reference: &'static str,
+    pub rows: Vec<Row>,
+    /// Largest relative squared error, largest |bias|.
+    pub worst_error: f64,
+    pub worst_bias: f64,
+    pub bound: Bound,
+    pub passed: bool,
+}
+
+/// Runs a sweep; its pictures stay on the bench.
+///
+/// # Errors
+/// What the device said, or Ctrl-C.
+pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<Along, RenderError> {
+    bench.forget();
+    let mut rows = Vec::new();
+    for &value in sweep.values {
+        let scene = (sweep.scene)(value);
+        let settings = Settings { edge_fade: 0.1, ..settings(96, 64) };
+        let label = format!("{}={value}", sweep.name);
+        let reference = bench.render(&label, &scene, REFERENCE, &settings)?;
+        for method in COMPARED {
+            let shot = bench.render(&label, &scene, method, &settings)?;
+            let c = shot.counters;
+            rows.push(Row {
+                value,
+                method,
+                relative_squared_error: relative_squared_error(&shot.reflection, &reference.reflection),
+                relative_bias: relative_bias(&shot.reflection, &reference.reflection),
+                unknown_percent: 100.0 * c.missed() as f64 / c.rays.max(1) as f64,
+            });
+        }
+    }
+    let worst = |of: fn(&Row) -> f64| rows.iter().map(of).fold(0.0f64, |a, b| if a.is_nan() || a > b { a } else { b });
+    let (worst_error, worst_bias) = (worst(|r| r.relative_squared_error), worst(|r| r.relative_bias.abs()));
+    let passed = sweep.bound.holds(worst_error) && bench.not_finite().is_none();
+    Ok(Along {
+        name: sweep.name,
+        about: sweep.about,
+        unit: sweep.unit,
+        reference: REFERENCE,
+        rows,
+        worst_error,
+        worst_bias,
+        bound: sweep.bound,
+        passed,
+    })
+}
