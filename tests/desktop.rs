@@ -133,7 +133,7 @@ impl<'a> Sitting<'a> {
         let child = self.child.take().unwrap();
         let output = child.wait_with_output().unwrap();
         let said = stderr(&output);
-        eprintln!("{said}");
+        println!("{said}");
         assert!(output.status.success(), "{said}");
         assert!(!said.contains("validation") && !said.contains("panicked"), "{said}");
         entries(&self.lab.journal("p1", "001"))
@@ -144,6 +144,7 @@ impl Drop for Sitting<'_> {
     fn drop(&mut self) {
         if let Some(mut child) = self.child.take() {
             self.desk.picture("last");
+            eprintln!("the journal ends with:");
             for entry in self.journal().iter().rev().take(15).rev() {
                 eprintln!("{:?}", entry.record);
             }
@@ -161,7 +162,7 @@ fn check(entries: &[Entry], script: &[(u32, u32)]) {
             Record::Answer(a) => answers.push((a.presentation, a.choice)),
             Record::Presentation(p) => {
                 let frames: Vec<_> = p.segments.iter().map(|s| (s.frames_asked, s.frames_shown)).collect();
-                eprintln!("{frames:?}, {} missed, {:.0} ms, gap {:.1} ms", p.missed, p.duration_ms, p.longest_gap_ms);
+                println!("{frames:?}, {} missed, {:.0} ms, gap {:.1} ms", p.missed, p.duration_ms, p.longest_gap_ms);
                 for segment in &p.segments {
                     // Missed frames are time that passed: shown and missed together make what was asked.
                     let late = segment.frames_asked.abs_diff(segment.frames_shown);
@@ -216,7 +217,8 @@ fn study_1_in_red_and_cyan() {
     });
     for p in shown {
         assert_eq!(p.segments[0].frames_asked, 60);
-        assert!((p.duration_ms - 1000.0).abs() < 120.0, "{} ms", p.duration_ms);
+        // Whole frames of a loaded machine: as long as asked, and at most a few frames more.
+        assert!((999.0..1300.0).contains(&p.duration_ms), "{} ms", p.duration_ms);
     }
 }
 

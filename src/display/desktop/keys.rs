@@ -67,7 +67,8 @@ impl Place<'_> {
         }
     }
 
-    fn pause(&self) -> Option<Does> {
+    /// Stand still, unless one does.
+    pub fn pause(&self) -> Option<Does> {
         let is_paused = *self.screen == Screen::Page(Page::Paused);
         (!is_paused).then_some(Does::Input(Input::Pause { by_operator: false }))
     }

@@ -1,6 +1,7 @@
 //! A window at a desk: two eyes' pictures side by side, crossed or in red and cyan; keys, mouse and joystick.
 
 mod compose;
+mod joystick;
 mod keys;
 mod options;
 mod pacer;
@@ -11,7 +12,7 @@ mod words;
 
 use std::collections::VecDeque;
 
-use cyclopean_analysis::journal::record::{self, Trust};
+use cyclopean_analysis::journal::record::{self, Shown, Trust};
 
 use super::content::Content;
 use super::panel::View;
@@ -25,6 +26,7 @@ pub use pacer::Pacer;
 pub use shell::{Happened, MonitorInfo, ShellError, monitors};
 pub use stage::{Rate, Stage, StageError};
 
+use joystick::{Joysticks, Moved};
 use keys::{Does, Place};
 use words::Written;
 
@@ -44,6 +46,7 @@ pub struct Desktop {
     /// When the panel that stands was opened.
     panel_since_ns: u64,
     pending: VecDeque<Event>,
+    joysticks: Joysticks,
     frame_is_due: bool,
     hz_said: f64,
     stage: Stage,
@@ -69,6 +72,7 @@ impl Desktop {
             hover: None,
             panel_since_ns: 0,
             pending: VecDeque::new(),
+            joysticks: Joysticks::default(),
             frame_is_due: false,
             stage,
         })
@@ -112,11 +116,47 @@ impl Desktop {
             Happened::Close => Some(Does::Input(Input::Quit)),
             Happened::KeyUp(_) | Happened::Moved(_) | Happened::Gone => None,
         };
+        self.do_it(does);
+    }
+
+    /// A stick moves the choice, its first button confirms, its start button pauses.
+    fn look_at_joysticks(&mut self) {
+        for moved in self.joysticks.take() {
+            let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
+            let place = Place { screen: &self.screen, content, targets: &written.drawn().targets, mark: self.hover };
+            let does = match moved {
+                Moved::Step(by) => place.step(by),
+                Moved::Press => place.press(),
+                Moved::Pause => place.pause(),
+            };
+            self.do_it(does);
+        }
+    }
+
+    fn do_it(&mut self, does: Option<Does>) {
         match does {
             Some(Does::Input(input)) => self.pending.push_back(Event::Input(input)),
             Some(Does::Mark(target)) => self.hover = Some(target),
             None => {}
         }
+    }
+
+    /// Composes every kind of picture once: drivers compile when a shader first runs, and that must not be a trial.
+    fn warm_up(&mut self) -> Result<(), DisplayError> {
+        let Some(content) = &self.content else { return Ok(()) };
+        let shows = if content.has_letters { &[Shown::A, Shown::B][..] } else { &[Shown::Stimulus] };
+        let reference = content.is_mirrored_pair.then_some(0);
+        let stimulus = |&show: &Shown| Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference };
+        let mut screens: Vec<Screen> =
+            if self.stills.is_empty() { Vec::new() } else { shows.iter().map(stimulus).collect() };
+        screens.push(Screen::Blank);
+        let screen = self.screen.clone();
+        for warm in screens {
+            self.screen = warm;
+            self.compose()?;
+        }
+        (self.screen, self.shown) = (screen, None);
+        Ok(())
     }
 
     /// Composes the window's picture if it is another one.
@@ -178,10 +218,11 @@ impl Display for Desktop {
 
     fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
         self.stills = stills::load(self.stage.gpu(), stimuli, DISPLAY)?;
-        Ok(())
+        self.warm_up()
     }
 
     fn wait(&mut self, _idle_frames: u64) -> Result<Timed, DisplayError> {
+        self.look_at_joysticks();
         loop {
             if let Some(event) = self.pending.pop_front() {
                 return Ok(Timed { now_ns: self.stage.now_ns(), event });
