@@ -47,6 +47,7 @@ struct Tally {
     uint sky;
     uint hits;
     uint nan;
+    uint clamped;
 };
 
 vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
@@ -68,6 +69,7 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     // `min` may turn a NaN into its other argument, so it is counted first.
     if (any(isnan(radiance))) ++tally.nan;
     // What screen space could have seen: no more than fp16 holds.
+    if (any(greaterThanEqual(radiance, vec3(65504.0)))) ++tally.clamped;
     return weight * min(radiance, vec3(65504.0));
 }
 
@@ -87,7 +89,7 @@ void main() {
         compensation = imageLoad(compensation_image, texel).rgb;
         squares = imageLoad(square_image, texel).rgb;
     }
-    Tally tally = Tally(0u, 0u, 0u, 0u);
+    Tally tally = Tally(0u, 0u, 0u, 0u, 0u);
     for (uint i = first_sample; i < first_sample + sample_count; ++i) {
         vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
         vec3 x = reflected(s, v, origin, u, tally);
@@ -101,6 +103,7 @@ void main() {
     atomicAdd(counters.sky, tally.sky);
     atomicAdd(counters.hits, tally.hits);
     if (tally.nan > 0u) atomicAdd(counters.nan, tally.nan);
+    if (tally.clamped > 0u) atomicAdd(counters.clamped, tally.clamped);
     atomicAdd(counters.rays, tally.sky + tally.hits);
     float n = float(first_sample + sample_count);
     imageStore(sum_image, texel, vec4(sum, n));

@@ -8,7 +8,6 @@ use glam::DVec3;
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
 use crate::scene::{Eye, Fallback, Scene, StereoCamera};
 
-use super::brdf_table::brdf_table;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
 use super::upload::{self, SceneResources};
@@ -23,7 +22,7 @@ pub struct Context {
     pub lights: Buffer,
     pub instances: Buffer,
     pub counters: Buffer,
-    pub brdf_table: Image,
+    pub brdf_table: Rc<Image>,
     pub nearest: Sampler,
     pub linear: Sampler,
 }
@@ -35,6 +34,7 @@ impl Context {
         gpu: &Rc<Gpu>,
         scene: &Scene,
         resources: &SceneResources,
+        brdf_table: Rc<Image>,
         camera: &StereoCamera,
         settings: &Settings,
     ) -> Result<Context, GpuError> {
@@ -51,7 +51,7 @@ impl Context {
             lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
             instances: Buffer::with_content(gpu, "instances", &instances)?,
             counters: Buffer::device(gpu, "counters", words(size_of::<CountersData>() / 4))?,
-            brdf_table: brdf_table(gpu, settings.delta_roughness)?,
+            brdf_table,
             nearest: Sampler::new(gpu, Filter::NEAREST)?,
             linear: Sampler::new(gpu, Filter::LINEAR)?,
         })

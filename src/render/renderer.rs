@@ -4,10 +4,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::console::Interrupted;
-use crate::gpu::{Gpu, GpuError, PassTime};
+use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::brdf_table::brdf_table;
 use super::bvh::RayScene;
 use super::context::Context;
 use super::method::Method;
@@ -70,6 +71,8 @@ pub struct Renderer {
     resources: Rc<SceneResources>,
     rays: Option<Rc<RayScene>>,
     probe: Option<Rc<EnvironmentMaps>>,
+    /// By the mirrors' roughness that it was made for.
+    brdf_table: Option<(f32, Rc<Image>)>,
 }
 
 impl Renderer {
@@ -79,7 +82,18 @@ impl Renderer {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = Rc::new(SceneResources::new(gpu, &scene)?);
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None })
+        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None, brdf_table: None })
+    }
+
+    /// Another scene on the same device; what no scene changes is kept.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
+        let Renderer { gpu, brdf_table, resources, .. } = self;
+        // The old scene's memory goes first.
+        drop(resources);
+        Ok(Renderer { brdf_table, ..Renderer::new(&gpu, scene)? })
     }
 
     /// The scene it was made for.
@@ -98,7 +112,8 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<Prepared, RenderError> {
         let needs = Needs::of(&self.scene, method, settings);
-        let context = Context::new(&self.gpu, &self.scene, &self.resources, camera, settings)?;
+        let table = self.brdf_table(settings.delta_roughness)?;
+        let context = Context::new(&self.gpu, &self.scene, &self.resources, table, camera, settings)?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
         if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
             let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
@@ -115,6 +130,17 @@ impl Renderer {
             Shared { gpu: Rc::clone(&self.gpu), scene: Arc::clone(&self.scene), resources: Rc::clone(&self.resources) };
         let (rays, probe) = (self.rays.clone(), self.probe.clone());
         Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
+    }
+
+    fn brdf_table(&mut self, delta_roughness: f32) -> Result<Rc<Image>, GpuError> {
+        match &self.brdf_table {
+            Some((of, table)) if *of == delta_roughness => Ok(Rc::clone(table)),
+            _ => {
+                let made = Rc::new(brdf_table(&self.gpu, delta_roughness)?);
+                self.brdf_table = Some((delta_roughness, Rc::clone(&made)));
+                Ok(made)
+            }
+        }
     }
 
     /// Renders a still; `progress` hears how many of the reference's samples are done.
