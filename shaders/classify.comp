@@ -19,6 +19,7 @@ layout(binding = 4, std430) buffer Arguments { uint arguments[4]; };
 layout(binding = 5) uniform usampler2DArray instance_image;
 layout(binding = 6, rgba32ui) writeonly uniform uimage2DArray guide_image;
 
+#include "common/camera.glsl"
 #include "common/guide.glsl"
 
 shared uint count;
@@ -32,7 +33,7 @@ void main() {
     if (all(lessThan(id.xy, frame.size))) {
         float depth = texelFetch(depth_image, ivec3(id), 0).x;
         uvec4 packed = texelFetch(surface_image, ivec3(id), 0);
-        reflects = depth > 0.0 && unpack_roughness(packed) <= frame.ray_roughness_limit;
+        reflects = depth > 0.0 && is_shown(ivec2(id.xy)) && unpack_roughness(packed) <= frame.ray_roughness_limit;
         if (WANT_GUIDE != 0u) {
             uint instance = reflects ? texelFetch(instance_image, ivec3(id), 0).x : 0u;
             imageStore(guide_image, ivec3(id), pack_guide(Guide(packed.x, depth, instance, unpack_roughness(packed))));

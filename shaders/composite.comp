@@ -24,9 +24,11 @@ layout(binding = 6, rgba8) writeonly uniform image2DArray display_image;
 layout(binding = 7, rgba32f) writeonly uniform image2DArray linear_image;
 layout(binding = 8, rgba32f) writeonly uniform image2DArray reflection_out;
 
+#include "common/camera.glsl"
+
 // Pixels without a ray were never written.
 bool reflects(ivec3 texel) {
-    if (texelFetch(depth_image, texel, 0).x == 0.0) return false;
+    if (texelFetch(depth_image, texel, 0).x == 0.0 || !is_shown(texel.xy)) return false;
     return unpack_roughness(texelFetch(surface_image, texel, 0)) <= frame.ray_roughness_limit;
 }
 

@@ -1,5 +1,6 @@
 #version 460
-// In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error.
+// In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error;
+// alpha of the mean: 1 / how far away it reflects (1/m; 0 the sky, −1 unknown), the lobe's weighted mean.
 // The paper's reference (§5): two bounces, no shadows; each hit shaded exactly as `lighting` does, a miss sees the
 // environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
 #extension GL_GOOGLE_include_directive : require
@@ -27,7 +28,7 @@ layout(binding = 15) uniform sampler2D environment_map;
 layout(binding = 16) uniform sampler2D irradiance_map;
 layout(binding = 17) uniform sampler2D specular_map;
 layout(binding = 18) uniform sampler2D brdf_table;
-// Σ L and the samples so far; its compensation; Σ L².
+// Σ L and the samples so far; its compensation and Σ w/distance; Σ L² and Σ w, w the luminance of a sample's weight.
 layout(binding = 19, rgba32f) uniform image2DArray sum_image;
 layout(binding = 20, rgba32f) uniform image2DArray compensation_image;
 layout(binding = 21, rgba32f) uniform image2DArray square_image;
@@ -48,6 +49,7 @@ struct Tally {
     uint hits;
     uint nan;
     uint clamped;
+    vec2 nearness;      // Σ w/distance, Σ w
 };
 
 vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
@@ -57,12 +59,14 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
         return vec3(0.0);
     }
     vec3 weight = reflection_weight(s, v, ray.direction, ray.pdf);
+    tally.nearness.y += luminance(weight);
     Intersection hit = intersect(origin, ray.direction);
     if (hit.triangle == NO_TRIANGLE) {
         ++tally.sky;
         return weight * environment_radiance(ray.direction);
     }
     ++tally.hits;
+    tally.nearness.x += luminance(weight) / max(hit.t, 1e-6);
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
     vec3 radiance = shade(other, emission, origin + ray.direction * hit.t, -ray.direction);
@@ -84,12 +88,14 @@ void main() {
     vec3 origin = ray_origin(eye, position, s.face_normal, depth);
 
     vec3 sum = vec3(0.0), compensation = vec3(0.0), squares = vec3(0.0);
+    Tally tally = Tally(0u, 0u, 0u, 0u, 0u, vec2(0.0));
     if (first_sample > 0u) {
         sum = imageLoad(sum_image, texel).rgb;
-        compensation = imageLoad(compensation_image, texel).rgb;
-        squares = imageLoad(square_image, texel).rgb;
+        vec4 earlier = imageLoad(compensation_image, texel), earlier_squares = imageLoad(square_image, texel);
+        compensation = earlier.rgb;
+        squares = earlier_squares.rgb;
+        tally.nearness = vec2(earlier.a, earlier_squares.a);
     }
-    Tally tally = Tally(0u, 0u, 0u, 0u, 0u);
     for (uint i = first_sample; i < first_sample + sample_count; ++i) {
         vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
         vec3 x = reflected(s, v, origin, u, tally);
@@ -107,12 +113,13 @@ void main() {
     atomicAdd(counters.rays, tally.sky + tally.hits);
     float n = float(first_sample + sample_count);
     imageStore(sum_image, texel, vec4(sum, n));
-    imageStore(compensation_image, texel, vec4(compensation, 0.0));
-    imageStore(square_image, texel, vec4(squares, 0.0));
+    imageStore(compensation_image, texel, vec4(compensation, tally.nearness.x));
+    imageStore(square_image, texel, vec4(squares, tally.nearness.y));
     vec3 mean = sum / n;
     if (any(isnan(mean))) atomicAdd(counters.nan, 1u);
     if (any(isinf(mean))) atomicAdd(counters.inf, 1u);
     vec3 variance = max(squares / n - mean * mean, vec3(0.0)) * (n / max(n - 1.0, 1.0));
-    imageStore(reflection_image, texel, vec4(mean, 1.0));
+    float nearness = tally.nearness.y > 0.0 ? tally.nearness.x / tally.nearness.y : -1.0;
+    imageStore(reflection_image, texel, vec4(mean, nearness));
     imageStore(error_image, texel, vec4(sqrt(variance / n), 0.0));
 }

@@ -3,17 +3,21 @@
 // Spatial reuse over 5×5 pixels as a ratio estimator with the BRDF in it (Stachowiak 2015):
 // L = Σ L_i·f_i·cos_i/p_i / Σ f_i·cos_i/p_i, per channel, times the lobe's own albedo F0·A + B.
 // Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
-// With REPROJECT (paper §4.3) the taps are shared with the other eye's pixel that shows the same reflection: half of
-// the pattern from each eye, and where two pixels are each other's partner the same set for both, with the same noise.
+// With FOR_PAIRS the other eye has a say (reproject.comp): out go the known share of the light, C·L and C, what it
+// weighs, and how far away the pixel's reflection stands.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 64) in;
-// 0: only the own sample (a study's "no reuse"); 2 is the paper's radius.
-layout(constant_id = 0) const uint RADIUS = 2u;
+// Squared; 0: only the own sample (a study's "no reuse"); 8 is the paper's 5×5.
+layout(constant_id = 0) const uint RADIUS_SQUARED = 8u;
 // 1: several samples a pixel, summed over dispatches in one ratio.
 layout(constant_id = 1) const uint SUMS = 0u;
-layout(constant_id = 2) const uint REPROJECT = 0u;
+layout(constant_id = 2) const uint FOR_PAIRS = 0u;
+// 1: the right eye traces nothing and knows nothing.
+layout(constant_id = 3) const uint ONE_EYE = 0u;
+// 1: each ray brought its own radiance, at its own pixel; 0: a hit's radiance is that of the pixel it hit.
+layout(constant_id = 4) const uint OWN_RADIANCE = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
@@ -31,18 +35,22 @@ layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 14, rgba32f) uniform image2DArray sum_image;
 layout(binding = 15, rgba32f) uniform image2DArray weight_image;
+// x: Σ w; y: see reproject.comp.
+layout(binding = 16, rg32f) writeonly uniform image2DArray standing_image;
 layout(push_constant) uniform Constants { uint first; uint last; };
 
 #include "common/ray_list.glsl"
+#include "common/hit.glsl"
 #include "common/reflect.glsl"
-#include "common/pair.glsl"
 #include "common/shade.glsl"
+#include "common/outgoing.glsl"
 #include "common/store.glsl"
 
 struct Sums {
     vec3 light;      // Σ w·c·L
     vec3 known;      // Σ w·c
     vec2 shares;     // Σ w·c and Σ w as luminances
+    float nearness;  // Σ w·c/(distance along the ray from the eye over the surface to what it hit)
 };
 
 // A neighbour's hit that may stand in for p's.
@@ -65,63 +73,59 @@ Tap load_tap(Pixel p, ivec3 texel, EyeRays rays_of_eye) {
     return tap;
 }
 
-void add(inout Sums sums, Pixel p, Tap tap, bool across) {
+vec3 tap_radiance(Hit h, ivec3 texel) {
+    if (OWN_RADIANCE != 0u) return texelFetch(radiance_image, texel, 0).rgb;
+    if (h.status == SKY) return environment_radiance(h.direction);
+    ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
+    return texelFetch(radiance_image, ivec3(at, h.eye), 0).rgb;
+}
+
+void add(inout Sums sums, Pixel p, float eye_distance, Tap tap, ivec3 texel) {
     Hit h = unpack_hit(tap.word);
     vec3 l = h.direction;
-    float pdf = h.pdf;
+    float far = frame.ray_length;
     if (h.status == HIT) {
         vec3 to_hit = tap.from + h.direction * h.distance - p.position;
-        l = normalize_or(to_hit, l);
-        // Between the eyes the reflecting points lie further apart than between neighbours: the density over solid
-        // angle changes with the distance to what both see.
-        if (across && !is_mirror(p.surface)) {
-            pdf *= clamp(dot(to_hit, to_hit) / max(square(h.distance), 1e-12), 0.25, 4.0);
-        }
+        far = length(to_hit);
+        l = far > 0.0 ? to_hit / far : l;
     }
-    vec3 w = reflection_weight(p.surface, p.v, l, pdf);
+    vec3 w = reflection_weight(p.surface, p.v, l, h.pdf);
     // Below the triangle's horizon a direction is known to be black, as in the reference.
     bool open = dot(l, p.surface.face_normal) > 0.0;
     vec3 radiance = vec3(0.0);
-    if (h.status == HIT && open) {
-        ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
-        radiance = texelFetch(radiance_image, ivec3(at, h.eye), 0).rgb;
-    } else if (h.status == SKY && open) {
-        radiance = environment_radiance(h.direction);
-    }
+    if (open && (h.status == HIT || h.status == SKY)) radiance = tap_radiance(h, texel);
     if (frame.firefly != 0u) w /= 1.0 + luminance(radiance);
+    float share = luminance(w);
     sums.light += w * h.confidence * radiance;
     sums.known += w * h.confidence;
-    sums.shares += luminance(w) * vec2(h.confidence, 1.0);
+    sums.shares += share * vec2(h.confidence, 1.0);
+    if (FOR_PAIRS != 0u) sums.nearness += share * h.confidence / (eye_distance + far);
 }
 
 void main() {
     ivec3 texel;
     if (!listed_pixel(texel)) return;
+    if (ONE_EYE != 0u && texel.z == 1) {
+        imageStore(reflection_image, texel, vec4(0.0));
+        imageStore(standing_image, texel, vec4(0.0));
+        return;
+    }
     Pixel p = load_pixel(texel);
-    bool mirror = is_mirror(p.surface);
-    int radius = mirror ? 0 : int(RADIUS);
-    ivec3 pair = ivec3(0);
-    bool paired = REPROJECT != 0u && find_pair(p, pair);
-
-    EyeRays own_rays = eye_rays(uint(texel.z)), other_rays = own_rays;
-    if (paired) other_rays = eye_rays(uint(pair.z));
-    Sums sums = Sums(vec3(0.0), vec3(0.0), vec2(0.0));
+    // A mirror's one direction is its own.
+    int reach = is_mirror(p.surface) ? 0 : int(RADIUS_SQUARED);
+    int radius = int(sqrt(float(reach) + 0.5));
+    EyeRays rays_of_eye = eye_rays(uint(texel.z));
+    float eye_distance = FOR_PAIRS != 0u ? distance(eye_position(uint(texel.z)), p.position) : 0.0;
+    Sums sums = Sums(vec3(0.0), vec3(0.0), vec2(0.0), 0.0);
     for (int y = -radius; y <= radius; ++y) {
         for (int x = -radius; x <= radius; ++x) {
-            if (paired && (x + y & 1) != 0) continue;
-            Tap own = load_tap(p, texel + ivec3(x, y, 0), own_rays);
-            if (paired) {
-                Tap other = load_tap(p, pair + ivec3(x, y, 0), other_rays);
-                // What one eye knows fills what the other does not. A mirror needs no more than that.
-                if (other.usable && own.usable) {
-                    if (known(other.word) && !known(own.word)) own.usable = false;
-                    else if (mirror || known(own.word) && !known(other.word)) other.usable = false;
-                }
-                if (other.usable) add(sums, p, other, true);
-            }
-            if (own.usable) add(sums, p, own, false);
+            if (x * x + y * y > reach) continue;
+            ivec3 at = texel + ivec3(x, y, 0);
+            Tap tap = load_tap(p, at, rays_of_eye);
+            if (tap.usable) add(sums, p, eye_distance, tap, at);
         }
     }
+    float nearness = sums.shares.x > 0.0 ? sums.nearness / sums.shares.x : 0.0;
     if (SUMS != 0u) {
         if (first == 0u) {
             vec4 earlier_sum = imageLoad(sum_image, texel), earlier_weight = imageLoad(weight_image, texel);
@@ -138,9 +142,8 @@ void main() {
     vec3 steady = vec3(luminance(sums.light) / max(luminance(sums.known), 1e-12));
     vec3 ratio = mix(sums.light / max(sums.known, vec3(1e-6)), steady, lessThan(sums.known, vec3(1e-6)));
     if (sums.shares.x <= 0.0) ratio = vec3(0.0);
-    float nv = max(dot(p.surface.normal, p.v), 1e-4);
-    vec3 fallback = vec3(0.0);
-    if (frame.fallback != 0u) fallback = environment_specular(reflect(-p.v, p.surface.normal), p.surface.roughness);
-    vec3 radiance = mix(fallback, ratio, confidence) * specular_albedo(p.surface.f0, nv, p.surface.roughness);
-    imageStore(reflection_image, texel, vec4(storable(radiance), confidence));
+    vec3 light = ratio * confidence;
+    if (FOR_PAIRS == 0u) light = outgoing(p, light, confidence);
+    imageStore(reflection_image, texel, vec4(storable(light), confidence));
+    if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, 0.0, 0.0));
 }

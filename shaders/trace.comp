@@ -23,6 +23,10 @@ layout(push_constant) uniform Constants { uint sample_index; };
 #include "common/screen_ray.glsl"
 
 layout(constant_id = 1) const uint OTHER_EYE = 0u;
+// 0: rays that come back towards the eye are unknown, as in the publication.
+layout(constant_id = 2) const uint CAMERA_RAYS = 1u;
+// 1: the right eye traces nothing.
+layout(constant_id = 3) const uint ONE_EYE = 0u;
 
 // Counted in the group first: a device-wide atomic a ray would cost more than its march.
 shared uint tally[TALLY_WORDS];
@@ -32,6 +36,7 @@ shared uint retry_first;
 // Whether the ray goes to the other eye.
 bool trace_listed(ivec3 texel) {
     uint eye = uint(texel.z);
+    if (ONE_EYE != 0u && eye == 1u) return false;
     ScreenRay r = screen_ray(texel, sample_index);
     Hit hit = Hit(NOTHING, vec2(0.0), eye, r.ray.direction, 0.0, r.ray.pdf, 0.0);
     if (!r.ray.open) {
@@ -41,7 +46,14 @@ bool trace_listed(ivec3 texel) {
         return false;
     }
     Segment segment = segment_of(r, eye, 0.0);
-    March m = march(segment, eye, frame.max_steps, true, OTHER_EYE != 0u);
+    if (CAMERA_RAYS == 0u && segment.w_end < segment.w_start) {
+        hit.status = UNKNOWN;
+        imageStore(hit_image, texel, pack_hit(hit));
+        atomicAdd(tally[TALLY_RAYS], 1u);
+        atomicAdd(tally[TALLY_LEFT_VIEW], 1u);
+        return false;
+    }
+    March m = march(segment, eye, frame.max_steps, true, OTHER_EYE != 0u ? STOP_BEHIND : STOP_NEVER);
     uint word = finish(r, segment, m, eye, m.behind, hit);
     imageStore(hit_image, texel, pack_hit(hit));
     atomicAdd(tally[TALLY_RAYS], 1u);

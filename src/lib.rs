@@ -3,10 +3,13 @@
 //! Data flows one way: study → session → display → render; see ARCHITECTURE.md.
 
 pub mod commands;
+#[cfg(feature = "gpu")]
+pub mod compare;
 pub mod console;
 pub mod display;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod metrics;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;

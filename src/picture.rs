@@ -18,6 +18,13 @@ pub struct StereoPicture {
     pub eyes: [Vec<[f32; 3]>; 2],
 }
 
+impl StereoPicture {
+    /// The pixels by eye.
+    pub fn eyes(&self) -> [&[[f32; 3]]; 2] {
+        self.eyes.each_ref().map(Vec::as_slice)
+    }
+}
+
 /// A picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
@@ -103,6 +110,18 @@ pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError>
     Ok(StereoPicture { width: width as u32, height: height as u32, eyes })
 }
 
+/// Whether a file has this layer beside its colour.
+///
+/// # Errors
+/// [`PictureError::Read`] when the file is no EXR.
+pub fn has_layer(path: &Path, layer: &str) -> Result<bool, PictureError> {
+    let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
+    let meta = exr::meta::MetaData::read_from_file(path, false).map_err(|e| fail(e.to_string()))?;
+    let name = channel_name(layer, Eye::Left, "R");
+    let mut channels = meta.headers.iter().flat_map(|h| &h.channels.list);
+    Ok(channels.any(|c| c.name.eq_case_insensitive(&name)))
+}
+
 /// Both eyes side by side, left on the left, as an 8-bit sRGB PNG. `eyes` are RGBA bytes, rows from the top.
 ///
 /// # Errors
@@ -148,6 +167,7 @@ mod tests {
         write_exr(&path, &parts).expect("written");
         assert_eq!(read_exr(&path, "").expect("read"), color);
         assert_eq!(read_exr(&path, "reflection").expect("read"), reflection);
+        assert_eq!(["", "reflection", "nothing"].map(|l| has_layer(&path, l).expect("read")), [true, true, false]);
         let error = read_exr(&path, "nothing").expect_err("no such layer").to_string();
         assert!(error.contains("nothing.left.R"), "{error}");
     }

@@ -47,8 +47,7 @@ fn host() -> BTreeMap<String, Layout> {
             max_steps,
             fallback,
             firefly,
-            reserved0,
-            reserved1,
+            guard,
         }),
         layout!(LightData {
             position,

@@ -50,6 +50,12 @@ vec3 ray_origin(uint eye, vec3 position, vec3 face_normal, float depth) {
     return position + face_normal * (distance * rise);
 }
 
+// Not of the guard band.
+bool is_shown(ivec2 pixel) {
+    return all(greaterThanEqual(pixel, ivec2(frame.guard))) &&
+           all(lessThan(pixel, ivec2(frame.size) - ivec2(frame.guard)));
+}
+
 // Pixels (x, y) and raw depth of a clip-space point.
 vec3 screen_from_clip(vec4 clip) {
     vec3 ndc = clip.xyz / clip.w;

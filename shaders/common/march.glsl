@@ -65,17 +65,22 @@ const uint MARCH_HIT = 0u;
 const uint MARCH_END = 1u;      // came to the segment's end
 const uint MARCH_BUDGET = 2u;   // ran out of steps: unknown
 const uint MARCH_BEHIND = 3u;   // stopped where it went behind matter
+const uint MARCH_FRONT = 4u;    // stopped where it came out
 
 struct March {
     uint result;
     float t;         // screen fraction
-    bool behind;     // was behind matter at some time
+    bool behind;     // went on behind matter at some time
     uint steps;
 };
 
+// Where a march stops before a hit or its end.
+const uint STOP_NEVER = 0u;    // it goes on behind matter
+const uint STOP_BEHIND = 1u;   // where it goes behind matter
+const uint STOP_FRONT = 2u;    // where it comes out from behind matter
+
 // `leave`: step out of the start's own pixel first, for a ray that starts on a surface.
-// `stop_behind`: stop where the ray goes behind matter, instead of going on behind it.
-March march(Segment s, uint eye, uint max_steps, bool leave, bool stop_behind) {
+March march(Segment s, uint eye, uint max_steps, bool leave, uint stop) {
     // A fraction of a cell across each boundary, so that the next cell is the next.
     const float NUDGE = 1.0 / 256.0;
     March m = March(MARCH_END, 0.0, false, 0u);
@@ -103,11 +108,11 @@ March march(Segment s, uint eye, uint max_steps, bool leave, bool stop_behind) {
         bool front = min(z0, z1) > range.x;
         if (front || max(z0, z1) < range.y) {
             // Behind everything in the cell, if not before it.
-            m.behind = m.behind || !front;
-            if (stop_behind && !front) {
-                m.result = MARCH_BEHIND;
+            if (stop == (front ? STOP_FRONT : STOP_BEHIND)) {
+                m.result = front ? MARCH_FRONT : MARCH_BEHIND;
                 return m;
             }
+            m.behind = m.behind || !front;
             m.t = t_exit;
             // Up only out of the parent: within it, the parent would say again what sent the ray down here.
             ivec2 next = max(ivec2(floor(s.start.xy + d * m.t)), ivec2(0)) >> level;

@@ -1,10 +1,9 @@
-// The pixel of the other eye that shows the same reflection (paper §4.3, Fig. 7), or the same surface.
-// Needs `frame`, `surface_image`, `guide_image`, `hit_image` from the includer.
+// A pixel, what belongs to its surface, and where the other eye sees what it reflects (paper §4.3, Fig. 7).
+// Needs `frame`, `surface_image` and `guide_image` from the includer.
 #ifndef PAIR_GLSL
 #define PAIR_GLSL
 #include "camera.glsl"
 #include "guide.glsl"
-#include "hit.glsl"
 #include "surface.glsl"
 
 struct Pixel {
@@ -61,64 +60,6 @@ bool same_surface(Pixel p, Guide q, vec3 position) {
     return q.instance == p.instance && (q.roughness < frame.delta_roughness) == is_mirror(p.surface) &&
            dot(unpack_direction(q.normal), p.surface.normal) >= LEAST_COSINE &&
            abs(dot(position - p.position, p.surface.face_normal)) <= PLANE_TOLERANCE * p.distance;
-}
-
-// How far away an instance reflects about a pixel: that pixel's own hit, or a known neighbour's; −1: nobody knows.
-float reflected_distance(ivec3 texel, uint instance) {
-    const ivec2 NEAR[9] = ivec2[9](ivec2(0, 0), ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(2, 0),
-                                   ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));
-    for (int i = 0; i < 9; ++i) {
-        ivec3 tap = texel + ivec3(NEAR[i], 0);
-        if (any(lessThan(tap.xy, ivec2(0))) || any(greaterThanEqual(tap.xy, ivec2(frame.size)))) continue;
-        if (load_guide(tap).instance != instance) continue;
-        uvec4 word = texelFetch(hit_image, tap, 0);
-        if (hit_status(word) == SKY) return frame.ray_length;
-        if (hit_status(word) == HIT) return unpack_hit(word).distance;
-    }
-    return -1.0;
-}
-
-// One candidate: the place in the other eye's image, its surface, its own hit and the way back must all agree.
-bool pair_at(Pixel p, float hit_distance, float tolerance, out ivec3 pair) {
-    uint other = 1u - uint(p.texel.z);
-    vec2 pixel;
-    pair = ivec3(0);
-    if (!image_in(p, other, hit_distance, pixel)) return false;
-    pair = ivec3(ivec2(pixel), other);
-    Guide g = load_guide(pair);
-    vec3 position = render_position(other, vec2(pair.xy) + 0.5, g.depth);
-    if (g.instance == 0u || !same_surface(p, g, position)) return false;
-    Pixel q = p;
-    q.texel = pair;
-    q.position = position;
-    q.v = normalize(eye_position(other) - position);
-    q.surface.normal = unpack_direction(g.normal);
-    // What the other pixel itself reflects decides the way back; an unknown one has only our distance.
-    uvec4 word = texelFetch(hit_image, pair, 0);
-    float back_distance = hit_distance;
-    if (hit_status(word) == HIT) back_distance = unpack_hit(word).distance;
-    if (hit_status(word) == SKY) back_distance = frame.ray_length;
-    vec2 back;
-    if (!image_in(q, uint(p.texel.z), back_distance, back)) return false;
-    return distance(back, vec2(p.texel.xy) + 0.5) <= tolerance;
-}
-
-// The virtual image's pair, else the surface's own where the lobe is wide enough to cover the difference.
-bool find_pair(Pixel p, out ivec3 pair) {
-    float d = reflected_distance(p.texel, p.instance);
-    uint other = 1u - uint(p.texel.z);
-    vec2 surface_pixel;
-    bool surface_seen = image_in(p, other, 0.0, surface_pixel);
-    // Where this eye knows no distance, the other one may, about the same place of the surface.
-    if (d < 0.0 && surface_seen) d = reflected_distance(ivec3(ivec2(surface_pixel), other), p.instance);
-    // Half a pixel of rounding each way comes on top of the lobe's footprint.
-    if (d >= 0.0 && pair_at(p, d, max(1.0, lobe_pixels(p, d)) + 0.5, pair)) return true;
-    pair = ivec3(0);
-    if (is_mirror(p.surface) || !surface_seen || d < 0.0) return false;
-    vec2 image_pixel;
-    float lobe = lobe_pixels(p, d);
-    if (!image_in(p, other, d, image_pixel) || distance(surface_pixel, image_pixel) > lobe) return false;
-    return pair_at(p, 0.0, max(1.0, lobe) + 0.5, pair);
 }
 
 #endif

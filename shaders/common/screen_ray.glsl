@@ -62,23 +62,32 @@ float hit_confidence(ScreenRay r, Hit hit) {
 const uint TALLY_RAYS = 0u, TALLY_HITS = 1u, TALLY_SKY = 2u, TALLY_LEFT_VIEW = 3u, TALLY_BEHIND = 4u;
 const uint TALLY_BACK_FACING = 5u, TALLY_BUDGET = 6u, TALLY_BELOW_HORIZON = 7u, TALLY_STEPS = 8u, TALLY_WORDS = 9u;
 
+// A ray inside matter at a pixel, at its world fraction `s`; returns the word to count.
+uint found(ScreenRay r, ivec3 at, float s, inout Hit hit) {
+    hit.status = UNKNOWN;
+    hit.confidence = 0.0;
+    hit.eye = uint(at.z);
+    hit.distance = s * frame.ray_length;
+    // The pixel's centre: a place a nudge behind its border would round to its neighbour in 16 bits.
+    hit.uv = (vec2(at.xy) + 0.5) / vec2(frame.size);
+    vec3 n = unpack_direction(texelFetch(surface_image, at, 0).y);
+    if (dot(n, r.ray.direction) >= 0.0) return TALLY_BACK_FACING;
+    hit.status = HIT;
+    hit.confidence = hit_confidence(r, hit);
+    return TALLY_HITS;
+}
+
 // What the march's end means; returns the word to count. `behind`: the ray was behind matter that no eye looked past.
 uint finish(ScreenRay r, Segment segment, March m, uint eye, bool behind, inout Hit hit) {
+    float s = world_fraction(segment, m.t);
+    if (m.result == MARCH_HIT) {
+        vec2 pixel = segment.start.xy + segment.delta.xy * m.t;
+        return found(r, ivec3(clamp(ivec2(pixel), ivec2(0), ivec2(frame.size) - 1), eye), s, hit);
+    }
     hit.status = UNKNOWN;
     hit.confidence = 0.0;
     hit.eye = eye;
-    hit.distance = world_fraction(segment, m.t) * frame.ray_length;
-    if (m.result == MARCH_HIT) {
-        vec2 pixel = segment.start.xy + segment.delta.xy * m.t;
-        ivec3 at = ivec3(clamp(ivec2(pixel), ivec2(0), ivec2(frame.size) - 1), eye);
-        // The pixel's centre: a place a nudge behind its border would round to its neighbour in 16 bits.
-        hit.uv = (vec2(at.xy) + 0.5) / vec2(frame.size);
-        vec3 n = unpack_direction(texelFetch(surface_image, at, 0).y);
-        if (dot(n, r.ray.direction) >= 0.0) return TALLY_BACK_FACING;
-        hit.status = HIT;
-        hit.confidence = hit_confidence(r, hit);
-        return TALLY_HITS;
-    }
+    hit.distance = s * frame.ray_length;
     if (m.result == MARCH_BUDGET) return TALLY_BUDGET;
     if (segment.end != END_FAR) return TALLY_LEFT_VIEW;
     if (behind) return TALLY_BEHIND;

@@ -27,8 +27,7 @@ struct FrameUniform {
     uint max_steps;            // of a march
     uint fallback;             // 0 black, 1 map
     uint firefly;              // 1: tone-mapped weights in the resolve
-    uint reserved0;
-    uint reserved1;
+    uvec2 guard;               // pixels at each side that are drawn and never shown
 };
 
 struct LightData {

@@ -1,5 +1,6 @@
 //! Opening the device for a command, and what a software device changes.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use crate::console::Console;
@@ -16,6 +17,11 @@ use super::WrongUsage;
 /// [`GpuError`] naming what is missing.
 pub fn open(name: Option<&str>) -> Result<Rc<Gpu>, GpuError> {
     Gpu::open(&OwnDevice { name: name.map(str::to_owned) }, &GpuOptions::from_environment())
+}
+
+/// Where what can be made again is kept: `cyclopean` in the user's cache folder, or in the current one without any.
+pub fn cache_folder() -> PathBuf {
+    GpuOptions::from_environment().pipeline_cache.unwrap_or_else(|| PathBuf::from(".cyclopean"))
 }
 
 /// Pixels of one eye, as `WxH`.
@@ -54,7 +60,7 @@ pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size
 /// The method with the samples asked for; on a software device the reference takes 64 unless told, which is said.
 pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, console: &Console) -> Method {
     let untold = samples.is_none() && method.samples() == 1024;
-    if untold && gpu.is_cpu() && method.answer() == Answer::PathTraced {
+    if untold && gpu.is_cpu() && method.parts().answer == Answer::PathTraced && !method.parts().resolved {
         console.note(format!("{} is a software device: 64 paths a pixel (--spp changes it)", gpu.info().name));
         return method.with_samples(Some(64));
     }

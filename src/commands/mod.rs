@@ -2,12 +2,14 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+mod compare;
 #[cfg(feature = "gpu")]
 mod demo;
 #[cfg(feature = "gpu")]
 mod device;
 #[cfg(feature = "gpu")]
 mod doctor;
+mod pictures;
 pub mod prepare;
 #[cfg(feature = "gpu")]
 mod render;
@@ -46,6 +48,7 @@ enum Command {
     Scene(scene::Args),
     #[cfg(feature = "gpu")]
     Render(render::Args),
+    Compare(compare::Args),
     #[cfg(feature = "gpu")]
     Doctor(doctor::Args),
     #[cfg(feature = "gpu")]
@@ -63,6 +66,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Scene(args) => scene::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args, &console),
+        Command::Compare(args) => compare::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Doctor(args) => doctor::run(args, &console),
         #[cfg(feature = "gpu")]

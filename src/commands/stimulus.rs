@@ -7,13 +7,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::Context as _;
-use glam::DVec3;
-use sha2::{Digest, Sha256};
 
 use crate::console::check_interrupted;
 use crate::gpu::Gpu;
 use crate::picture::{self, Part};
-use crate::render::{Method, Rendered, Renderer, Request, Settings, shaders};
+use crate::render::{Method, Rendered, Renderer, Request, Settings, identity, shaders};
 use crate::scene::{self, Scene, StereoCamera, builtin};
 use crate::study::stimulus::{Catalogue, CatalogueScene, StimulusInfo, StimulusRenderer, StimulusRequest};
 
@@ -94,25 +92,8 @@ impl GpuStimuli {
 impl StimulusRenderer for GpuStimuli {
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
         let job = self.job(request)?;
-        let point = |p: DVec3| [p.x, p.y, p.z];
-        let eyes = scene::Eye::BOTH.map(|eye| {
-            let e = job.camera.eye(eye);
-            let fov = [e.fov.left_rad, e.fov.right_rad, e.fov.up_rad, e.fov.down_rad];
-            serde_json::json!({ "position": point(e.position), "rotation": e.world_from_view.to_array(), "fov": fov,
-                                "near_m": e.near_m })
-        });
-        let identity = serde_json::json!({
-            "scene": job.scene.content_sha256,
-            "shaders": shaders::digest(),
-            "method": job.method.to_string(),
-            "samples": job.method.samples(),
-            "eyes": eyes,
-            "settings": job.settings,
-            "renderer": env!("CARGO_PKG_VERSION"),
-            "device_kind": self.gpu.info().kind,
-        });
-        let digest = Sha256::digest(serde_json::to_vec(&identity)?);
-        Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
+        let Job { scene, camera, method, settings } = &job;
+        Ok(identity(scene, camera, method, settings, self.gpu.info().kind)?)
     }
 
     fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {

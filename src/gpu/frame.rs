@@ -1,6 +1,7 @@
 //! A frame: passes in order, barriers derived, a time a pass.
 
 use std::rc::Rc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -24,8 +25,18 @@ pub struct Frame {
     pub(super) descriptors: vk::DescriptorPool,
     pool: vk::CommandPool,
     fence: vk::Fence,
-    queries: vk::QueryPool,
+    clock: Clock,
     passes: Vec<String>,
+}
+
+/// What times the passes.
+enum Clock {
+    /// The device's own timestamps, two a pass.
+    Timestamps(vk::QueryPool),
+    /// The host's clock, each pass a submission of its own. A software device runs on the host, and llvmpipe (Mesa
+    /// 22.3) puts a timestamp into the raster work to come: now and then it is taken after the dispatch that it should
+    /// precede, and the pass seems to take no time.
+    Host { started: Option<Instant>, ms: Vec<f64> },
 }
 
 /// More passes than any frame has; two queries each.
@@ -44,7 +55,10 @@ impl Frame {
             descriptors: vk::DescriptorPool::null(),
             pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
+            clock: match gpu.is_cpu() {
+                true => Clock::Host { started: None, ms: Vec::new() },
+                false => Clock::Timestamps(vk::QueryPool::null()),
+            },
             passes: Vec::new(),
         };
         let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.queue_family);
@@ -62,20 +76,49 @@ impl Frame {
         // was made and ignores what is null.
         unsafe {
             frame.pool = device.create_command_pool(&pool_info, None).called("vkCreateCommandPool")?;
-            let allocate = vk::CommandBufferAllocateInfo::default()
-                .command_pool(frame.pool)
-                .level(vk::CommandBufferLevel::PRIMARY)
-                .command_buffer_count(1);
-            frame.commands = device.allocate_command_buffers(&allocate).called("vkAllocateCommandBuffers")?[0];
             frame.fence = device.create_fence(&Default::default(), None).called("vkCreateFence")?;
             frame.descriptors =
                 device.create_descriptor_pool(&descriptor_info, None).called("vkCreateDescriptorPool")?;
-            frame.queries = device.create_query_pool(&query_info, None).called("vkCreateQueryPool")?;
-            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            device.begin_command_buffer(frame.commands, &begin).called("vkBeginCommandBuffer")?;
-            device.cmd_reset_query_pool(frame.commands, frame.queries, 0, 2 * MAX_PASSES);
+            if let Clock::Timestamps(queries) = &mut frame.clock {
+                *queries = device.create_query_pool(&query_info, None).called("vkCreateQueryPool")?;
+            }
+        }
+        frame.begin_commands()?;
+        if let Clock::Timestamps(queries) = frame.clock {
+            // SAFETY: recording has begun, outside rendering; the pool has as many queries.
+            unsafe { device.cmd_reset_query_pool(frame.commands, queries, 0, 2 * MAX_PASSES) };
         }
         Ok(frame)
+    }
+
+    /// A command buffer of the pool, being recorded.
+    fn begin_commands(&mut self) -> Result<(), GpuError> {
+        let device = &self.gpu.device;
+        let allocate = vk::CommandBufferAllocateInfo::default()
+            .command_pool(self.pool)
+            .level(vk::CommandBufferLevel::PRIMARY)
+            .command_buffer_count(1);
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the pool is alive and frees its buffers when it is destroyed.
+        unsafe {
+            self.commands = device.allocate_command_buffers(&allocate).called("vkAllocateCommandBuffers")?[0];
+            device.begin_command_buffer(self.commands, &begin).called("vkBeginCommandBuffer")
+        }
+    }
+
+    /// Submits what was recorded and waits for it.
+    fn submit(&mut self) -> Result<(), GpuError> {
+        let device = &self.gpu.device;
+        // SAFETY: recording has begun and nothing else uses these handles; the fence is waited for before anything
+        // of the frame is destroyed or recorded again.
+        unsafe {
+            device.end_command_buffer(self.commands).called("vkEndCommandBuffer")?;
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+            device.queue_submit2(self.gpu.queue, &submit, self.fence).called("vkQueueSubmit2")?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX).called("vkWaitForFences")?;
+            device.reset_fences(&[self.fence]).called("vkResetFences")
+        }
     }
 
     /// Declares the next use of an image; the barrier, if one is due, is recorded.
@@ -122,30 +165,51 @@ impl Frame {
         unsafe { self.gpu.device.cmd_pipeline_barrier2(self.commands, dependency) };
     }
 
-    /// Starts the clock of a pass and gives its index.
-    pub(super) fn start_pass(&mut self, name: &str) -> u32 {
+    /// Starts the clock of a pass. Outside rendering, and before anything of the pass is bound.
+    ///
+    /// # Errors
+    /// What Vulkan said.
+    pub(super) fn start_pass(&mut self, name: &str) -> Result<(), GpuError> {
         let index = self.passes.len() as u32;
         assert!(index < MAX_PASSES, "a frame has at most {MAX_PASSES} passes");
         self.passes.push(name.to_owned());
-        self.stamp(2 * index);
-        index
-    }
-
-    /// Stops the clock of a pass.
-    pub(super) fn end_pass(&mut self, index: u32) {
-        self.stamp(2 * index + 1);
-    }
-
-    fn stamp(&self, query: u32) {
-        // SAFETY: the pool has `2 * MAX_PASSES` queries, reset at begin, each written once; never inside rendering.
-        unsafe {
-            self.gpu.device.cmd_write_timestamp2(
-                self.commands,
-                vk::PipelineStageFlags2::ALL_COMMANDS,
-                self.queries,
-                query,
-            );
+        match self.clock {
+            Clock::Timestamps(queries) => self.stamp(queries, 2 * index),
+            Clock::Host { .. } => {
+                self.submit()?;
+                self.begin_commands()?;
+                let now = Instant::now();
+                if let Clock::Host { started, .. } = &mut self.clock {
+                    *started = Some(now);
+                }
+            }
         }
+        Ok(())
+    }
+
+    /// Stops the clock of the pass that was started last.
+    ///
+    /// # Errors
+    /// What Vulkan said.
+    pub(super) fn end_pass(&mut self) -> Result<(), GpuError> {
+        let index = self.passes.len() as u32 - 1;
+        match self.clock {
+            Clock::Timestamps(queries) => self.stamp(queries, 2 * index + 1),
+            Clock::Host { .. } => {
+                self.submit()?;
+                if let Clock::Host { started, ms } = &mut self.clock {
+                    ms.push(started.take().map_or(0.0, |s| s.elapsed().as_secs_f64() * 1e3));
+                }
+                self.begin_commands()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn stamp(&self, queries: vk::QueryPool, query: u32) {
+        let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+        // SAFETY: the pool has `2 * MAX_PASSES` queries, reset at begin, each written once; never inside rendering.
+        unsafe { self.gpu.device.cmd_write_timestamp2(self.commands, stage, queries, query) };
     }
 
     /// Sets every word of a buffer.
@@ -233,29 +297,26 @@ impl Frame {
     ///
     /// # Errors
     /// What Vulkan said, device loss included.
-    pub fn finish(self) -> Result<Vec<PassTime>, GpuError> {
-        let device = &self.gpu.device;
-        // SAFETY: recording has begun and nothing else uses these handles; the fence is waited for before anything
-        // of the frame is destroyed.
-        unsafe {
-            device.end_command_buffer(self.commands).called("vkEndCommandBuffer")?;
-            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-            device.queue_submit2(self.gpu.queue, &submit, self.fence).called("vkQueueSubmit2")?;
-            device.wait_for_fences(&[self.fence], true, u64::MAX).called("vkWaitForFences")?;
-        }
+    pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
+        self.submit()?;
+        let ms = match &self.clock {
+            Clock::Host { ms, .. } => ms.clone(),
+            Clock::Timestamps(queries) => self.timestamps(*queries)?,
+        };
+        Ok(self.passes.iter().zip(ms).map(|(name, ms)| PassTime { name: name.clone(), ms }).collect())
+    }
+
+    /// Milliseconds of each pass.
+    fn timestamps(&self, queries: vk::QueryPool) -> Result<Vec<f64>, GpuError> {
         let mut ticks = vec![0u64; 2 * self.passes.len()];
         if !ticks.is_empty() {
             let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
             // SAFETY: these queries were written by the commands that have just finished.
-            unsafe { device.get_query_pool_results(self.queries, 0, &mut ticks, flags) }
+            unsafe { self.gpu.device.get_query_pool_results(queries, 0, &mut ticks, flags) }
                 .called("vkGetQueryPoolResults")?;
         }
         let period = f64::from(self.gpu.timestamp_period_ns);
-        let times = self.passes.iter().zip(ticks.chunks_exact(2));
-        Ok(times
-            .map(|(name, t)| PassTime { name: name.clone(), ms: t[1].saturating_sub(t[0]) as f64 * period * 1e-6 })
-            .collect())
+        Ok(ticks.chunks_exact(2).map(|t| t[1].saturating_sub(t[0]) as f64 * period * 1e-6).collect())
     }
 }
 
@@ -265,7 +326,9 @@ impl Drop for Frame {
         // allowed); null handles are ignored.
         unsafe {
             let device = &self.gpu.device;
-            device.destroy_query_pool(self.queries, None);
+            if let Clock::Timestamps(queries) = self.clock {
+                device.destroy_query_pool(queries, None);
+            }
             device.destroy_descriptor_pool(self.descriptors, None);
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);

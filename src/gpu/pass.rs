@@ -286,7 +286,7 @@ impl<'f> Dispatch<'f> {
         let gpu = Rc::clone(&self.frame.gpu);
         let device = &gpu.device;
         let set = self.frame.bind(pipeline.set_layout, &self.bound)?;
-        let index = self.frame.start_pass(self.pass.name);
+        self.frame.start_pass(self.pass.name)?;
         let commands = self.frame.commands;
         // SAFETY: handles are alive and the layout is the pipeline's own.
         unsafe {
@@ -298,7 +298,6 @@ impl<'f> Dispatch<'f> {
             }
         }
         dispatch(device, commands);
-        self.frame.end_pass(index);
-        Ok(())
+        self.frame.end_pass()
     }
 }

@@ -279,7 +279,7 @@ impl Frame {
             min_depth: 0.0,
             max_depth: 1.0,
         };
-        let index = self.start_pass(pass.name);
+        self.start_pass(pass.name)?;
         let gpu = Rc::clone(&self.gpu);
         let device = &gpu.device;
         let commands = self.commands;
@@ -304,8 +304,7 @@ impl Frame {
         draw(&mut draws);
         // SAFETY: rendering was begun above.
         unsafe { device.cmd_end_rendering(commands) };
-        self.end_pass(index);
-        Ok(())
+        self.end_pass()
     }
 }
 

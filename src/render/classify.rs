@@ -18,7 +18,7 @@ impl ClassifyPass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<ClassifyPass, GpuError> {
-        let specialization = [u32::from(needs.screen_space)];
+        let specialization = [u32::from(needs.resolve)];
         Ok(ClassifyPass { pass: ComputePass::new(gpu, "classify", &shaders::CLASSIFY_COMP.words(), &specialization)? })
     }
 

@@ -19,7 +19,7 @@ impl CompositePass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, method: &Method) -> Result<CompositePass, GpuError> {
-        let specialization = [u32::from(needs.rays), 1, u32::from(method.unrelated())];
+        let specialization = [u32::from(needs.rays), 1, u32::from(method.parts().unrelated)];
         let words = shaders::COMPOSITE_COMP.words();
         Ok(CompositePass { pass: ComputePass::new(gpu, "composite", &words, &specialization)? })
     }
@@ -27,7 +27,7 @@ impl CompositePass {
     /// # Errors
     /// What the device said.
     pub fn record(&self, frame: &mut Frame, context: &Context, targets: &Targets) -> Result<(), GpuError> {
-        let screen_space = targets.screen_space.as_ref().map(|s| &s.reflection);
+        let screen_space = targets.filtered.as_ref().map(|s| &s.reflection);
         let path_traced = targets.path_traced.as_ref().map(|p| &p.reflection);
         let reflection = screen_space.or(path_traced).unwrap_or(&targets.nothing);
         frame

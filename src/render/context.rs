@@ -18,6 +18,7 @@ pub struct Context {
     pub head: DVec3,
     /// Corners of everything in the scene, world space.
     bounds: [DVec3; 2],
+    guard: [u32; 2],
     pub frame: Buffer,
     pub lights: Buffer,
     pub instances: Buffer,
@@ -35,18 +36,18 @@ impl Context {
         scene: &Scene,
         resources: &SceneResources,
         brdf_table: Rc<Image>,
-        camera: &StereoCamera,
-        settings: &Settings,
+        (camera, settings, guard): (&StereoCamera, &Settings, [u32; 2]),
     ) -> Result<Context, GpuError> {
         let head = camera.head();
         let bounds = bounds(scene, head);
         let words = |n: usize| n as u64 * 4;
         let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
-        frame.write(bytemuck::bytes_of(&frame_uniform(scene, camera, settings, head, bounds)));
+        frame.write(bytemuck::bytes_of(&frame_uniform(scene, camera, settings, guard, (head, bounds))));
         let instances = upload::instances(scene, &resources.ranges, head);
         Ok(Context {
             head,
             bounds,
+            guard,
             frame,
             lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
             instances: Buffer::with_content(gpu, "instances", &instances)?,
@@ -59,7 +60,7 @@ impl Context {
 
     /// Other eyes, seed or frame number; size and scene are what they were. Between frames only.
     pub fn update(&self, camera: &StereoCamera, settings: &Settings, scene: &Scene) {
-        let uniform = frame_uniform(scene, camera, settings, self.head, self.bounds);
+        let uniform = frame_uniform(scene, camera, settings, self.guard, (self.head, self.bounds));
         self.frame.write(bytemuck::bytes_of(&uniform));
     }
 }
@@ -93,8 +94,8 @@ fn frame_uniform(
     scene: &Scene,
     camera: &StereoCamera,
     settings: &Settings,
-    head: DVec3,
-    [low, high]: [DVec3; 2],
+    guard: [u32; 2],
+    (head, [low, high]): (DVec3, [DVec3; 2]),
 ) -> FrameUniform {
     let eyes = Eye::BOTH.map(|eye| {
         let e = camera.eye(eye);
@@ -132,8 +133,7 @@ fn frame_uniform(
         max_steps: settings.max_steps,
         fallback: u32::from(settings.fallback(scene) != Fallback::Black),
         firefly: u32::from(settings.firefly == Firefly::ToneMapped),
-        reserved0: 0,
-        reserved1: 0,
+        guard,
     }
 }
 

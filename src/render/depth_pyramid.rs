@@ -7,7 +7,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 use super::context::Context;
 use super::needs::Needs;
 use super::shaders;
-use super::targets::{GBuffer, ScreenSpace, TOP_LEVEL};
+use super::targets::{GBuffer, Marched, TOP_LEVEL};
 
 /// See `shaders/depth_pyramid.comp`.
 pub struct DepthPyramidPass {
@@ -30,7 +30,7 @@ impl DepthPyramidPass {
         frame: &mut Frame,
         context: &Context,
         gbuffer: &GBuffer,
-        out: &ScreenSpace,
+        out: &Marched,
     ) -> Result<(), GpuError> {
         let mut chain = frame.compute(&self.pass).uniform(&context.frame).sampled(&gbuffer.depth, &context.nearest);
         for mip in 0..=TOP_LEVEL as usize {

@@ -5,7 +5,7 @@ use std::fmt;
 /// A condition of a study, or a peer to compare with. `NAME@N` is NAME with N rays a pixel in one ratio.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
-    base: &'static Base,
+    base: &'static Parts,
     /// Rays (or paths) a pixel; `None`: the method's own default.
     samples: Option<u32>,
 }
@@ -19,72 +19,198 @@ pub enum Answer {
     PathTraced,
 }
 
+/// How a screen-space ray uses the two views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Traversal {
+    /// It stays in its own eye's.
+    OwnEye,
+    /// Its own eye's first, then, where that loses it, the other one's: two compacted stages.
+    TwoStages,
+    /// Both eyes asked at every pixel on the way, without a hierarchy: the oracle.
+    OneLoop,
+}
+
+/// Reuse between the eyes (paper §4.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reprojection {
+    /// A pixel that knows nothing may take what the other eye knows.
+    pub filling: bool,
+    /// A pair must lead back to its pixel.
+    pub back_check: bool,
+    /// What the two reflect may differ by the lobe's footprint; otherwise by a thousandth of its distance.
+    pub lobe_tolerance: bool,
+}
+
+/// What a method is made of.
 #[derive(Debug, PartialEq, Eq)]
-struct Base {
+pub struct Parts {
     name: &'static str,
     about: &'static str,
-    answer: Answer,
-    back_faces: bool,
-    other_eye: bool,
-    stereo_fade: bool,
-    reprojection: bool,
-    unrelated: bool,
+    pub answer: Answer,
+    /// Closed meshes are as thick as their back faces say.
+    pub back_faces: bool,
+    /// Rays that come back towards the eye are marched too.
+    pub camera_rays: bool,
+    /// Rays that leave their eye's view go on in the other one's (paper §4.1).
+    pub traversal: Traversal,
+    /// Both eyes fade alike (paper §4.2).
+    pub stereo_fade: bool,
+    /// Samples are shared between the eyes (paper §4.3).
+    pub reprojection: Option<Reprojection>,
+    /// Only the left eye traces; the right one has what is reprojected.
+    pub one_eye: bool,
+    /// The reference's rays go through the screen-space methods' filter.
+    pub resolved: bool,
+    /// Pixels beyond each border that are drawn and never shown, in thousandths of the view.
+    pub guard_band: u32,
+    /// Both eyes draw the same random numbers.
+    pub shared_noise: bool,
+    /// Squared radius of the spatial reuse, pixels; `None`: the settings'.
+    pub reuse: Option<u32>,
+    /// The right eye's reflections are exchanged left and right.
+    pub unrelated: bool,
     samples: u32,
 }
 
 /// The baseline; the others say where they differ.
-const SSSR: Base = Base {
+const SSSR: Parts = Parts {
     name: "sssr",
     about: "stochastic screen-space reflections, each eye for itself (the baseline)",
     answer: Answer::ScreenSpace,
     back_faces: true,
-    other_eye: false,
+    camera_rays: true,
+    traversal: Traversal::OwnEye,
     stereo_fade: false,
-    reprojection: false,
+    reprojection: None,
+    one_eye: false,
+    resolved: false,
+    guard_band: 0,
+    shared_noise: false,
+    reuse: None,
     unrelated: false,
     samples: 1,
 };
 
+const OURS: Reprojection = Reprojection { filling: true, back_check: true, lobe_tolerance: true };
+const PAPER: Reprojection = Reprojection { filling: false, back_check: false, lobe_tolerance: false };
+
 /// All three parts of the paper's §4.
-const STEREO: Base = Base {
+const STEREO: Parts = Parts {
     name: "stereo",
     about: "stereo-consistent: traversal, fade and reprojection know both eyes",
-    other_eye: true,
+    traversal: Traversal::TwoStages,
     stereo_fade: true,
-    reprojection: true,
+    reprojection: Some(OURS),
     ..SSSR
 };
 
-const BASES: &[Base] = &[
+/// The reference; also the tracer of its real-time relative.
+const PATH_TRACED: Parts = Parts {
+    name: "path-traced",
+    about: "the reference: rays through the scene's geometry",
+    answer: Answer::PathTraced,
+    back_faces: false,
+    samples: 1024,
+    ..SSSR
+};
+
+const METHODS: &[Parts] = &[
     SSSR,
     STEREO,
-    Base { name: "stereo-no-traversal", about: "stereo without the other eye's traversal", other_eye: false, ..STEREO },
-    Base { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
-    Base {
-        name: "stereo-no-reprojection",
-        about: "stereo without reuse between the eyes",
-        reprojection: false,
+    Parts {
+        name: "stereo-no-traversal",
+        about: "stereo without the other eye's traversal",
+        traversal: Traversal::OwnEye,
         ..STEREO
     },
-    Base {
+    Parts { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
+    Parts {
+        name: "stereo-no-reprojection",
+        about: "stereo without reuse between the eyes",
+        reprojection: None,
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-one-loop",
+        about: "stereo whose rays ask both eyes at every pixel: the oracle of its traversal, slow",
+        traversal: Traversal::OneLoop,
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-paper",
+        about: "stereo with the publication's settings: the four below together",
+        camera_rays: false,
+        reprojection: Some(PAPER),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-fixed-tolerance",
+        about: "stereo whose pairs agree to a thousandth, whatever the roughness",
+        reprojection: Some(Reprojection { lobe_tolerance: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-filling",
+        about: "stereo whose pixels that know nothing take nothing from the other eye",
+        reprojection: Some(Reprojection { filling: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-back-check",
+        about: "stereo whose pairs need not lead back",
+        reprojection: Some(Reprojection { back_check: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-camera-rays",
+        about: "stereo without rays that come back towards the eye",
+        camera_rays: false,
+        ..STEREO
+    },
+    Parts {
         name: "sssr-thickness",
         about: "the baseline without back faces: every mesh is as thick as an open one",
         back_faces: false,
         ..SSSR
     },
-    Base {
+    Parts {
+        name: "sssr-guardband",
+        about: "the baseline with a tenth of the view drawn beyond each border",
+        guard_band: 100,
+        ..SSSR
+    },
+    Parts {
+        name: "sssr-shared-noise",
+        about: "the baseline with one random stream for both eyes",
+        shared_noise: true,
+        ..SSSR
+    },
+    Parts {
+        name: "sssr-wide",
+        about: "the baseline with 37 pixels of spatial reuse instead of 25",
+        reuse: Some(10),
+        ..SSSR
+    },
+    Parts {
+        name: "one-eye",
+        about: "the left eye as in the baseline, the right one reprojected from it",
+        reprojection: Some(OURS),
+        one_eye: true,
+        ..SSSR
+    },
+    Parts {
         name: "unrelated",
         about: "for catch trials: the right eye's reflections exchanged left and right, so that nothing fits",
         unrelated: true,
         ..SSSR
     },
-    Base {
-        name: "path-traced",
-        about: "the reference: rays through the scene's geometry",
-        answer: Answer::PathTraced,
-        back_faces: false,
-        samples: 1024,
-        ..SSSR
+    PATH_TRACED,
+    Parts {
+        name: "path-traced-resolved",
+        about: "a few of the reference's rays through the baseline's filter (also path-traced@N-resolved)",
+        resolved: true,
+        samples: 2,
+        ..PATH_TRACED
     },
 ];
 
@@ -103,6 +229,10 @@ impl Method {
     /// [`UnknownMethod`], which lists the known ones.
     pub fn parse(text: &str) -> Result<Method, UnknownMethod> {
         let unknown = || UnknownMethod { name: text.to_owned(), known: Method::names().join(", ") };
+        // The count may stand before the suffix: path-traced@2-resolved.
+        let suffix = "-resolved";
+        let moved = text.strip_suffix(suffix).and_then(|t| t.split_once('@')).map(|(n, c)| format!("{n}{suffix}@{c}"));
+        let text = moved.as_deref().unwrap_or(text);
         let (name, count) = match text.split_once('@') {
             None => (text, None),
             Some((name, count)) => {
@@ -113,18 +243,18 @@ impl Method {
                 (name, Some(count))
             }
         };
-        let base = BASES.iter().find(|b| b.name == name).ok_or_else(unknown)?;
+        let base = METHODS.iter().find(|b| b.name == name).ok_or_else(unknown)?;
         Ok(Method { base, samples: count })
     }
 
     /// Every name, without `@N`.
     pub fn names() -> Vec<&'static str> {
-        BASES.iter().map(|b| b.name).collect()
+        METHODS.iter().map(|b| b.name).collect()
     }
 
     /// Name and description of each.
     pub fn described() -> impl Iterator<Item = (&'static str, &'static str)> {
-        BASES.iter().map(|b| (b.name, b.about))
+        METHODS.iter().map(|b| (b.name, b.about))
     }
 
     /// The same with so many rays a pixel, unless its name says how many.
@@ -132,33 +262,9 @@ impl Method {
         Method { samples: self.samples.or(samples), ..self }
     }
 
-    pub fn answer(&self) -> Answer {
-        self.base.answer
-    }
-
-    /// Closed meshes are as thick as their back faces say.
-    pub fn back_faces(&self) -> bool {
-        self.base.back_faces
-    }
-
-    /// Rays that leave their eye's view go on in the other one's (paper §4.1).
-    pub fn other_eye(&self) -> bool {
-        self.base.other_eye
-    }
-
-    /// Both eyes fade alike (paper §4.2).
-    pub fn stereo_fade(&self) -> bool {
-        self.base.stereo_fade
-    }
-
-    /// Samples are shared between the eyes (paper §4.3).
-    pub fn reprojection(&self) -> bool {
-        self.base.reprojection
-    }
-
-    /// The right eye's reflections are exchanged left and right.
-    pub fn unrelated(&self) -> bool {
-        self.base.unrelated
+    /// What it is made of.
+    pub fn parts(&self) -> &'static Parts {
+        self.base
     }
 
     /// Rays (or paths) a pixel.
@@ -185,6 +291,8 @@ mod tests {
         let method = Method::parse("sssr@4").expect("known");
         assert_eq!((method.samples(), method.to_string().as_str()), (4, "sssr@4"));
         assert_eq!(Method::parse("path-traced").expect("known").samples(), 1024);
+        let resolved = Method::parse("path-traced@4-resolved").expect("known");
+        assert_eq!((resolved.samples(), resolved.to_string().as_str()), (4, "path-traced-resolved@4"));
         for wrong in ["", "sssr@", "sssr@0", "sssr@-1", "sssr@99999999999", "SSSR", "nothing"] {
             let error = Method::parse(wrong).expect_err("unknown").to_string();
             assert!(error.contains("known: sssr"), "{error}");

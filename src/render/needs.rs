@@ -4,7 +4,7 @@
 
 use crate::scene::{Alpha, Fallback, Material, Scene};
 
-use super::method::{Answer, Method};
+use super::method::{Answer, Method, Traversal};
 use super::settings::Settings;
 
 /// A pass (or a part of one) and why it runs or not.
@@ -27,11 +27,13 @@ pub struct Needs {
     pub back_faces: bool,
     /// Some surface may trace a ray.
     pub rays: bool,
-    /// Depth pyramid, screen-space march, resolve.
+    /// Depth pyramid and screen-space march.
     pub screen_space: bool,
+    /// Hits are filtered.
+    pub resolve: bool,
     /// A probe stands in for unknown rays.
     pub probe: bool,
-    /// The reference's passes.
+    /// Rays through the scene's geometry.
     pub path_trace: bool,
     parts: Vec<Part>,
 }
@@ -48,14 +50,16 @@ impl Needs {
             let primitive = &scene.primitives[i.primitive];
             primitive.closed && scene.materials[primitive.material].alpha == Alpha::Opaque
         });
-        let screen = method.answer() == Answer::ScreenSpace;
+        let method = method.parts();
+        let screen = method.answer == Answer::ScreenSpace;
+        let resolve = screen || method.resolved;
         let fallback = settings.fallback(scene);
 
         let mut parts = Parts { all, list: Vec::new() };
         parts.always("gbuffer");
         let emission = parts.add("emission", emission, "a material emits", "no material in the scene emits");
         let mask = parts.add("cut-outs", mask, "a material is cut out", "no material in the scene is cut out");
-        let back_faces = if screen && method.back_faces() {
+        let back_faces = if screen && method.back_faces {
             let no = if rays { "no mesh in the scene is closed" } else { "no surface traces a ray" };
             parts.add("backface", rays && closed, "closed meshes bound the rays", no)
         } else {
@@ -63,12 +67,17 @@ impl Needs {
         };
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
-        for name in ["depth_pyramid", "trace", "resolve"] {
+        for name in ["depth_pyramid", "trace"] {
             if screen {
                 parts.add(name, rays, "rays are marched through the views", "no surface traces a ray");
             } else {
                 parts.never(name, "the method asks the scene's geometry");
             }
+        }
+        if resolve {
+            parts.add("resolve", rays, "neighbours share their rays", "no surface traces a ray");
+        } else {
+            parts.never("resolve", "each pixel averages its own paths");
         }
         let probe = match (screen, fallback) {
             (true, Fallback::Probe) => {
@@ -76,16 +85,25 @@ impl Needs {
             }
             _ => parts.never("probe", "nothing falls back to a probe"),
         };
-        if screen {
-            parts.never("path_trace", "the method asks the views");
-        } else {
-            parts.add("path_trace", rays, "rays go through the scene's geometry", "no surface traces a ray");
+        for (name, runs) in [("path_trace", !method.resolved), ("path_rays", method.resolved)] {
+            if screen {
+                parts.never(name, "the method asks the views");
+            } else if runs {
+                parts.add(name, rays, "rays go through the scene's geometry", "no surface traces a ray");
+            } else {
+                parts.never(name, "the method's rays take the other way to the picture");
+            }
         }
         parts.never("motion", "a still: nothing reads it");
-        if method.other_eye() {
+        if method.traversal == Traversal::TwoStages {
             parts.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
         } else {
             parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
+        }
+        if method.reprojection.is_some() {
+            parts.add("reproject", rays, "the other eye knows of the same reflection", "no surface traces a ray");
+        } else {
+            parts.never("reproject", "the method resolves each eye for itself");
         }
         parts.never("accumulate", "a still of one frame");
         parts.always("composite");
@@ -96,6 +114,7 @@ impl Needs {
             back_faces,
             rays,
             screen_space: screen && rays,
+            resolve: resolve && rays,
             probe,
             path_trace: !screen && rays,
             parts,

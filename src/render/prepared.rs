@@ -17,16 +17,21 @@ use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::{Context, read_buffer, read_image};
 use super::depth_pyramid::DepthPyramidPass;
+use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
+use super::geometry::Geometry;
+use super::hits::{self, RayEnd};
 use super::lighting::LightingPass;
 use super::method::Method;
 use super::needs::Needs;
+use super::path_rays::PathRaysPass;
 use super::path_trace::PathTracePass;
 use super::renderer::RenderError;
+use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
 use super::shared::{CountersData, Counts};
-use super::targets::Targets;
+use super::targets::{GBuffer, Targets};
 use super::trace::TracePass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
@@ -36,7 +41,10 @@ struct Passes {
     back_face: Option<BackFacePass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
-    screen_space: Option<(DepthPyramidPass, TracePass, ResolvePass)>,
+    march: Option<(DepthPyramidPass, TracePass)>,
+    path_rays: Option<PathRaysPass>,
+    resolve: Option<ResolvePass>,
+    reproject: Option<ReprojectPass>,
     path_trace: Option<PathTracePass>,
     composite: CompositePass,
 }
@@ -54,15 +62,17 @@ impl Passes {
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
-            screen_space: match needs.screen_space {
+            march: match needs.screen_space {
                 false => None,
-                true => Some((
-                    DepthPyramidPass::new(gpu, needs)?,
-                    TracePass::new(gpu, method)?,
-                    ResolvePass::new(gpu, settings, method)?,
-                )),
+                true => Some((DepthPyramidPass::new(gpu, needs)?, TracePass::new(gpu, method)?)),
             },
-            path_trace: needs.path_trace.then(|| PathTracePass::new(gpu, needs)).transpose()?,
+            path_rays: (needs.path_trace && needs.resolve).then(|| PathRaysPass::new(gpu, needs)).transpose()?,
+            resolve: needs.resolve.then(|| ResolvePass::new(gpu, settings, method)).transpose()?,
+            reproject: match method.parts().reprojection {
+                Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, how)?),
+                _ => None,
+            },
+            path_trace: (needs.path_trace && !needs.resolve).then(|| PathTracePass::new(gpu, needs)).transpose()?,
             composite: CompositePass::new(gpu, needs, method)?,
         })
     }
@@ -82,6 +92,7 @@ pub struct Prepared {
     /// What unknown rays see, where that is not the scene's environment.
     probe: Option<Rc<EnvironmentMaps>>,
     needs: Needs,
+    framing: Framing,
     method: Method,
     settings: Settings,
     camera: StereoCamera,
@@ -117,10 +128,25 @@ impl Prepared {
         probe: Option<Rc<EnvironmentMaps>>,
     ) -> Result<Prepared, GpuError> {
         let Shared { gpu, scene, resources } = shared;
-        let targets = Targets::new(&gpu, settings, &needs, method)?;
+        let framing = Framing::of(method, settings);
+        let targets = Targets::new(&gpu, &framing.settings(settings), &needs, method)?;
         let passes = Passes::new(&gpu, &resources, &needs, settings, method)?;
-        let (method, settings, camera) = (method.clone(), settings.clone(), camera.clone());
-        Ok(Prepared { gpu, scene, resources, rays, probe, needs, method, settings, camera, context, targets, passes })
+        let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
+        Ok(Prepared {
+            gpu,
+            scene,
+            resources,
+            rays,
+            probe,
+            needs,
+            framing,
+            method,
+            settings,
+            camera,
+            context,
+            targets,
+            passes,
+        })
     }
 
     /// Which parts run and which are left out.
@@ -144,14 +170,19 @@ impl Prepared {
     pub fn set_seed(&mut self, seed: u32, frame: u32) {
         self.settings.seed = seed;
         self.settings.frame = frame;
-        self.context.update(&self.camera, &self.settings, &self.scene);
+        self.update();
     }
 
     /// The eyes of the frames to come. Light and geometry stay relative to where the head was at first: within some
     /// kilometres of it single precision is finer than a pixel.
     pub fn set_camera(&mut self, camera: &StereoCamera) {
-        self.camera = camera.clone();
-        self.context.update(camera, &self.settings, &self.scene);
+        self.camera = *camera;
+        self.update();
+    }
+
+    fn update(&self) {
+        let (eyes, drawn) = (self.framing.camera(&self.camera), self.framing.settings(&self.settings));
+        self.context.update(&eyes, &drawn, &self.scene);
     }
 
     /// Renders one frame; `progress` hears how many of its samples are done.
@@ -188,25 +219,35 @@ impl Prepared {
         let (mut times, mut counts) = (Vec::new(), Counts::default());
         frame.fill(&context.counters, 0);
         passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
-        if let (Some(pass), Some(out)) = (&passes.back_face, &targets.screen_space)
-            && let Some(back) = &out.back_depth
+        if let (Some(pass), Some(marched)) = (&passes.back_face, &targets.marched)
+            && let Some(back) = &marched.back_depth
         {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
             classify.record(&mut frame, context, targets, list)?;
-            if let (Some((pyramid, trace, resolve)), Some(out)) = (&passes.screen_space, &targets.screen_space) {
-                pyramid.record(&mut frame, context, &targets.gbuffer, out)?;
+            if let (Some((pyramid, _)), Some(marched)) = (&passes.march, &targets.marched) {
+                pyramid.record(&mut frame, context, &targets.gbuffer, marched)?;
+            }
+            if let (Some(resolve), Some(out)) = (&passes.resolve, &targets.filtered) {
                 for sample in 0..samples {
                     if sample > 0 && sample % SAMPLES_A_SUBMISSION == 0 {
                         times.extend(frame.finish()?);
                         progress(sample, samples)?;
                         frame = self.next_submission(&mut counts)?;
                     }
-                    trace.record(&mut frame, context, &targets.gbuffer, list, out, sample)?;
+                    if let (Some((_, trace)), Some(marched)) = (&passes.march, &targets.marched) {
+                        trace.record(&mut frame, context, &targets.gbuffer, list, (marched, out), sample)?;
+                    }
+                    if let (Some(pass), Some(rays)) = (&passes.path_rays, &self.rays) {
+                        pass.record(&mut frame, resources, rays, context, targets, sample)?;
+                    }
                     resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
                 }
+            }
+            if let Some(reproject) = &passes.reproject {
+                reproject.record(&mut frame, resources, fallback, context, targets)?;
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
@@ -270,12 +311,38 @@ impl Prepared {
         Ok(error.map(|e| masked(e, reflection)))
     }
 
+    /// How the rays of the last sample ended, pixel by pixel; `None` where none are filtered. A guard band is in it.
+    /// Pixels that trace no ray hold what was there before.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn ray_ends(&self) -> Result<Option<[Vec<RayEnd>; 2]>, GpuError> {
+        self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits)).transpose()
+    }
+
+    /// What the pixels of the last frame show, apart from light.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn geometry(&self) -> Result<Geometry, GpuError> {
+        let GBuffer { depth, surface, instance, .. } = &self.targets.gbuffer;
+        let read = |image: &Image| read_image(&self.gpu, image);
+        let reflection = self.targets.path_traced.as_ref().map(|p| read(&p.reflection)).transpose()?;
+        let images = [read(depth)?, read(surface)?, read(instance)?];
+        let limit = self.settings.ray_roughness_limit;
+        let drawn = Geometry::decode(images.each_ref().map(Vec::as_slice), reflection.as_deref(), limit);
+        Ok(drawn.cropped(&self.framing))
+    }
+
     /// sRGB bytes (RGBA) by eye.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
     pub fn display(&self) -> Result<[Vec<u8>; 2], GpuError> {
-        Ok(split(read_image(&self.gpu, &self.targets.display)?))
+        let bytes = read_image(&self.gpu, &self.targets.display)?;
+        let texels: Vec<[u8; 4]> = bytes.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect();
+        let (left, right) = texels.split_at(texels.len() / 2);
+        Ok([left, right].map(|eye| self.framing.crop(eye).concat()))
     }
 
     /// The tone-mapped picture where it lies: two layers of RGBA8, sRGB values.
@@ -284,14 +351,14 @@ impl Prepared {
     }
 
     fn picture(&self, image: &Image) -> Result<StereoPicture, GpuError> {
-        let (width, height) = image.extent();
         let bytes = read_image(&self.gpu, image)?;
         let texels: Vec<[f32; 3]> = bytes
             .chunks_exact(16)
             .map(|t| [0, 4, 8].map(|i| f32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]])))
             .collect();
         let (left, right) = texels.split_at(texels.len() / 2);
-        Ok(StereoPicture { width, height, eyes: [left.to_vec(), right.to_vec()] })
+        let eyes = [left, right].map(|eye| self.framing.crop(eye));
+        Ok(StereoPicture { width: self.settings.width, height: self.settings.height, eyes })
     }
 }
 
@@ -305,11 +372,6 @@ fn masked(mut error: StereoPicture, reflection: &StereoPicture) -> StereoPicture
         }
     }
     error
-}
-
-fn split(bytes: Vec<u8>) -> [Vec<u8>; 2] {
-    let (left, right) = bytes.split_at(bytes.len() / 2);
-    [left.to_vec(), right.to_vec()]
 }
 
 /// Sums the times of passes that ran more than once (each eye, each sample), in order of first appearance.

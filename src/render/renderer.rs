@@ -11,6 +11,7 @@ use crate::scene::{Scene, StereoCamera};
 use super::brdf_table::brdf_table;
 use super::bvh::RayScene;
 use super::context::Context;
+use super::framing::Framing;
 use super::method::Method;
 use super::needs::{Needs, Part};
 use super::prepared::{Prepared, Shared};
@@ -112,8 +113,10 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<Prepared, RenderError> {
         let needs = Needs::of(&self.scene, method, settings);
+        let framing = Framing::of(method, settings);
+        let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
         let table = self.brdf_table(settings.delta_roughness)?;
-        let context = Context::new(&self.gpu, &self.scene, &self.resources, table, camera, settings)?;
+        let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
         if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
             let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;

@@ -29,12 +29,18 @@ impl ResolvePass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, settings: &Settings, method: &Method) -> Result<ResolvePass, GpuError> {
-        let sums = method.samples() > 1;
-        let specialization = [settings.reuse_radius, u32::from(sums), u32::from(method.reprojection())];
+        let parts = method.parts();
+        let specialization = [
+            parts.reuse.unwrap_or(2 * settings.reuse_radius * settings.reuse_radius),
+            u32::from(method.samples() > 1),
+            u32::from(parts.reprojection.is_some()),
+            u32::from(parts.one_eye),
+            u32::from(parts.resolved),
+        ];
         Ok(ResolvePass { pass: ComputePass::new(gpu, "resolve", &shaders::RESOLVE_COMP.words(), &specialization)? })
     }
 
-    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection. `fallback` is what unknown
+    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection, or what the pairs ask of it. `fallback` is what unknown
     /// rays see, where the settings want more than black.
     ///
     /// # Errors
@@ -48,11 +54,15 @@ impl ResolvePass {
         targets: &Targets,
         (sample, samples): (u32, u32),
     ) -> Result<(), GpuError> {
-        let (Some(list), Some(out)) = (&targets.rays, &targets.screen_space) else { return Ok(()) };
+        let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
         let maps = &resources.environment;
         let (sums, weights) = match &out.sums {
             Some((sums, weights)) => (sums, weights),
             None => (&targets.nothing, &targets.nothing),
+        };
+        let (known, standing) = match &out.pairs {
+            Some(pairs) => (&pairs.known, &pairs.standing),
+            None => (&out.reflection, &targets.nowhere),
         };
         frame
             .compute(&self.pass)
@@ -63,15 +73,16 @@ impl ResolvePass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.guide, &context.nearest)
             .sampled(&out.hits, &context.nearest)
-            .sampled(&targets.radiance, &context.nearest)
+            .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
             .sampled(&maps.radiance, &maps.sampler)
             .sampled(&maps.irradiance, &maps.sampler)
             .sampled(&fallback.specular, &fallback.sampler)
             .sampled(&context.brdf_table, &context.linear)
             .read_buffer(&context.lights)
-            .write(&out.reflection)
+            .write(known)
             .read_write(sums)
             .read_write(weights)
+            .write(standing)
             .constants(&Constants { first: u32::from(sample == 0), last: u32::from(sample + 1 == samples) })
             .dispatch_indirect(&list.arguments, 0)
     }

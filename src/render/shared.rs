@@ -48,8 +48,8 @@ pub struct FrameUniform {
     pub fallback: u32,
     /// 1: tone-mapped weights in the resolve.
     pub firefly: u32,
-    pub reserved0: u32,
-    pub reserved1: u32,
+    /// Pixels at each side (x, y) that are drawn and never shown.
+    pub guard: [u32; 2],
 }
 
 /// A punctual light.

@@ -6,7 +6,7 @@ use ash::vk;
 
 use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
-use super::method::Method;
+use super::method::{Method, Traversal};
 use super::needs::Needs;
 use super::settings::Settings;
 
@@ -43,14 +43,30 @@ impl RayList {
     }
 }
 
-/// Screen-space reflections.
-pub struct ScreenSpace {
+/// What rays are marched through.
+pub struct Marched {
     /// `None` when no mesh is closed.
     pub back_depth: Option<Image>,
     pub pyramid: Image,
-    pub hits: Image,
     /// Rays for the other eye; a list that stays empty when the method has none.
     pub retries: RayList,
+}
+
+/// What an eye's filter knows, for the other eye.
+pub struct Pairs {
+    /// The known share of the light, and how much is known.
+    pub known: Image,
+    /// Weight of the taps; nearness of what is reflected.
+    pub standing: Image,
+}
+
+/// Hits and their filter.
+pub struct Filtered {
+    pub hits: Image,
+    /// Where rays bring their own radiance.
+    pub ray_radiance: Option<Image>,
+    /// Where the other eye has a say.
+    pub pairs: Option<Pairs>,
     pub reflection: Image,
     /// Sums over several samples a pixel.
     pub sums: Option<(Image, Image)>,
@@ -72,13 +88,16 @@ pub struct Targets {
     pub rays: Option<RayList>,
     /// What the resolve asks of neighbours; a single texel where nothing is resolved.
     pub guide: Image,
-    pub screen_space: Option<ScreenSpace>,
+    pub marched: Option<Marched>,
+    pub filtered: Option<Filtered>,
     pub path_traced: Option<PathTraced>,
     pub display: Image,
     pub linear: Image,
     pub reflection_out: Image,
-    /// Stands in where a shader names an image that this frame does without.
+    /// Stands in where a shader names an image (RGBA32F) that this frame does without.
     pub nothing: Image,
+    /// The same, RG32F.
+    pub nowhere: Image,
 }
 
 impl Targets {
@@ -89,6 +108,7 @@ impl Targets {
         let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(w, h, format));
         let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
         let rgba32 = vk::Format::R32G32B32A32_SFLOAT;
+        let rg32 = vk::Format::R32G32_SFLOAT;
         let rgba16 = vk::Format::R16G16B16A16_SFLOAT;
         let texels = u64::from(w) * u64::from(h) * 2;
         let gbuffer = GBuffer {
@@ -101,13 +121,26 @@ impl Targets {
             false => None,
             true => Some(RayList::new(gpu, texels)?),
         };
-        let screen_space = match needs.screen_space {
+        let parts = method.parts();
+        let marched = match needs.screen_space {
             false => None,
-            true => Some(ScreenSpace {
+            true => Some(Marched {
                 back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
                 pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
+                retries: RayList::new(gpu, if parts.traversal == Traversal::TwoStages { texels } else { 0 })?,
+            }),
+        };
+        let filtered = match needs.resolve {
+            false => None,
+            true => Some(Filtered {
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
-                retries: RayList::new(gpu, if method.other_eye() { texels } else { 0 })?,
+                ray_radiance: parts.resolved.then(|| stereo("ray radiance", rgba16)).transpose()?,
+                pairs: match parts.reprojection {
+                    None => None,
+                    Some(_) => {
+                        Some(Pairs { known: stereo("known light", rgba16)?, standing: stereo("standing", rg32)? })
+                    }
+                },
                 reflection: stereo("reflection", rgba16)?,
                 sums: match method.samples() {
                     1 => None,
@@ -115,7 +148,7 @@ impl Targets {
                 },
             }),
         };
-        let path_traced = match needs.path_trace {
+        let path_traced = match needs.path_trace && !needs.resolve {
             false => None,
             true => Some(PathTraced {
                 sum: stereo("path sums", rgba32)?,
@@ -128,17 +161,19 @@ impl Targets {
         Ok(Targets {
             gbuffer,
             radiance: stereo("radiance", rgba16)?,
-            guide: match needs.screen_space {
+            guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,
                 false => Image::new(gpu, "guide", ImageDesc::stereo(1, 1, vk::Format::R32G32B32A32_UINT))?,
             },
             rays,
-            screen_space,
+            marched,
+            filtered,
             path_traced,
             display: stereo("display", vk::Format::R8G8B8A8_UNORM)?,
             linear: stereo("linear", rgba32)?,
             reflection_out: stereo("reflection out", rgba32)?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
+            nowhere: Image::new(gpu, "nowhere", ImageDesc::stereo(1, 1, rg32))?,
         })
     }
 }

@@ -6,13 +6,14 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::method::Method;
+use super::method::{Method, Traversal};
 use super::shaders;
-use super::targets::{GBuffer, RayList, ScreenSpace};
+use super::targets::{Filtered, GBuffer, Marched, RayList};
 
-/// See `shaders/trace.comp` and `shaders/trace_other_eye.comp`.
+/// See `shaders/trace.comp`, `shaders/trace_other_eye.comp` and, for the oracle, `shaders/trace_one_loop.comp`.
 pub struct TracePass {
-    own_eye: ComputePass,
+    first: ComputePass,
+    traversal: Traversal,
     other_eye: Option<ComputePass>,
 }
 
@@ -20,13 +21,17 @@ impl TracePass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, method: &Method) -> Result<TracePass, GpuError> {
-        let fade = u32::from(method.stereo_fade());
-        let own = [fade, u32::from(method.other_eye())];
+        let parts = method.parts();
+        let fade = u32::from(parts.stereo_fade);
+        let traversal = parts.traversal;
+        let two_stages = traversal == Traversal::TwoStages;
+        let own = [fade, u32::from(two_stages), u32::from(parts.camera_rays), u32::from(parts.one_eye)];
         let other = || ComputePass::new(gpu, "trace_other_eye", &shaders::TRACE_OTHER_EYE_COMP.words(), &[fade]);
-        Ok(TracePass {
-            own_eye: ComputePass::new(gpu, "trace", &shaders::TRACE_COMP.words(), &own)?,
-            other_eye: method.other_eye().then(other).transpose()?,
-        })
+        let first = match traversal {
+            Traversal::OneLoop => ComputePass::new(gpu, "trace", &shaders::TRACE_ONE_LOOP_COMP.words(), &[fade])?,
+            _ => ComputePass::new(gpu, "trace", &shaders::TRACE_COMP.words(), &own)?,
+        };
+        Ok(TracePass { first, traversal, other_eye: two_stages.then(other).transpose()? })
     }
 
     /// Traces sample `sample` of every listed pixel.
@@ -39,34 +44,36 @@ impl TracePass {
         context: &Context,
         gbuffer: &GBuffer,
         list: &RayList,
-        out: &ScreenSpace,
+        (marched, out): (&Marched, &Filtered),
         sample: u32,
     ) -> Result<(), GpuError> {
-        out.retries.clear(frame);
-        frame
-            .compute(&self.own_eye)
+        marched.retries.clear(frame);
+        let chain = frame
+            .compute(&self.first)
             .uniform(&context.frame)
             .read_buffer(&list.rays)
             .read_buffer(&list.arguments)
             .write_buffer(&context.counters)
             .sampled(&gbuffer.surface, &context.nearest)
-            .sampled(&out.pyramid, &context.nearest)
-            .write(&out.hits)
-            .write_buffer(&out.retries.rays)
-            .write_buffer(&out.retries.arguments)
-            .constants(&sample)
-            .dispatch_indirect(&list.arguments, 0)?;
+            .sampled(&marched.pyramid, &context.nearest)
+            .write(&out.hits);
+        match self.traversal {
+            Traversal::OneLoop => chain,
+            _ => chain.write_buffer(&marched.retries.rays).write_buffer(&marched.retries.arguments),
+        }
+        .constants(&sample)
+        .dispatch_indirect(&list.arguments, 0)?;
         let Some(other_eye) = &self.other_eye else { return Ok(()) };
         frame
             .compute(other_eye)
             .uniform(&context.frame)
-            .read_buffer(&out.retries.rays)
-            .read_buffer(&out.retries.arguments)
+            .read_buffer(&marched.retries.rays)
+            .read_buffer(&marched.retries.arguments)
             .write_buffer(&context.counters)
             .sampled(&gbuffer.surface, &context.nearest)
-            .sampled(&out.pyramid, &context.nearest)
+            .sampled(&marched.pyramid, &context.nearest)
             .read_write(&out.hits)
             .constants(&sample)
-            .dispatch_indirect(&out.retries.arguments, 0)
+            .dispatch_indirect(&marched.retries.arguments, 0)
     }
 }

@@ -1,0 +1,77 @@
+#version 460
+// In: ray list, G-buffer, the scene's BVH. Out: for each listed pixel one reflection ray's hit and what it sees there.
+// The reference's ray (path_trace.comp), handed to the screen-space methods' filter (resolve.comp): what a few paths a
+// pixel come to in real time.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint HAS_MASK = 1u;
+
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
+layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
+layout(binding = 3, std430) buffer Counters { CountersData counters; };
+layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 5) uniform usampler2D node_rows;
+layout(binding = 6) uniform usampler2D triangle_rows;
+layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
+layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };
+layout(binding = 9, std430) readonly buffer Textures { TextureData textures[]; };
+layout(binding = 10, std430) readonly buffer Texels { uint texels[]; };
+layout(binding = 11, std430) readonly buffer Vertices { float vertices[]; };
+layout(binding = 12, std430) readonly buffer Indices { uint indices[]; };
+layout(binding = 13) uniform usampler2DArray surface_image;
+layout(binding = 14) uniform sampler2DArray depth_image;
+layout(binding = 15) uniform sampler2D environment_map;
+layout(binding = 16) uniform sampler2D irradiance_map;
+layout(binding = 17) uniform sampler2D specular_map;
+layout(binding = 18) uniform sampler2D brdf_table;
+layout(binding = 19, rgba32ui) writeonly uniform uimage2DArray hit_image;
+layout(binding = 20, rgba16f) writeonly uniform image2DArray ray_radiance_image;
+layout(push_constant) uniform Constants { uint sample_index; };
+
+#include "common/camera.glsl"
+#include "common/hit.glsl"
+#include "common/random.glsl"
+#include "common/ray_list.glsl"
+#include "common/reflect.glsl"
+#include "common/shade.glsl"
+#include "common/store.glsl"
+#include "common/hit_surface.glsl"
+
+void main() {
+    ivec3 texel;
+    if (!listed_pixel(texel)) return;
+    uint eye = uint(texel.z);
+    float depth = texelFetch(depth_image, texel, 0).x;
+    Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
+    vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
+    vec3 v = normalize(eye_position(eye) - position);
+    vec3 origin = ray_origin(eye, position, s.face_normal, depth);
+    vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
+    ReflectionRay ray = reflection_ray(s, v, u);
+    Hit hit = Hit(NOTHING, vec2(0.0), eye, ray.direction, 0.0, ray.pdf, ray.above ? 1.0 : 0.0);
+    vec3 radiance = vec3(0.0);
+    if (!ray.open) {
+        atomicAdd(counters.below_horizon, 1u);
+    } else {
+        atomicAdd(counters.rays, 1u);
+        hit.confidence = 1.0;
+        Intersection found = intersect(origin, ray.direction);
+        if (found.triangle == NO_TRIANGLE) {
+            atomicAdd(counters.sky, 1u);
+            hit.status = SKY;
+            radiance = environment_radiance(ray.direction);
+        } else {
+            atomicAdd(counters.hits, 1u);
+            vec3 emission;
+            Surface other = hit_surface(found, -ray.direction, emission);
+            radiance = shade(other, emission, origin + ray.direction * found.t, -ray.direction);
+            hit.status = HIT;
+            hit.distance = found.t;
+        }
+    }
+    imageStore(hit_image, texel, pack_hit(hit));
+    imageStore(ray_radiance_image, texel, vec4(storable(radiance), 0.0));
+}

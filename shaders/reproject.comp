@@ -1,0 +1,136 @@
+#version 460
+// In: what each eye's filter knows of a pixel's reflection. Out: the outgoing reflection, with the other eye's share.
+// The paper's §4.3: the virtual image of what a pixel reflects leads to the other eye's pixel that reflects the same,
+// and "we can directly reuse the illumination result". It is reused after the filter: the pair's 25 taps cost one
+// fetch, and two pixels that are each other's pair come to the same light, with the same noise.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 64) in;
+// Ours: 1; the publication's: 0. See `Reprojection` in method.rs.
+layout(constant_id = 0) const uint FILLING = 1u;
+layout(constant_id = 1) const uint BACK_CHECK = 1u;
+layout(constant_id = 2) const uint LOBE_TOLERANCE = 1u;
+
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
+layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
+layout(binding = 3, std430) buffer Counters { CountersData counters; };
+layout(binding = 4) uniform usampler2DArray surface_image;
+layout(binding = 5) uniform usampler2DArray guide_image;
+// The known share of the light, C·L, and C.
+layout(binding = 6) uniform sampler2DArray known_image;
+// x: Σ w of the taps; y: mean of 1/(distance from the eye over the surface to what is reflected): the scale in which
+// disparities are even. 0: nobody knows.
+layout(binding = 7) uniform sampler2DArray standing_image;
+layout(binding = 8) uniform sampler2D environment_map;
+layout(binding = 9) uniform sampler2D irradiance_map;
+layout(binding = 10) uniform sampler2D specular_map;
+layout(binding = 11) uniform sampler2D brdf_table;
+layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
+
+#include "common/ray_list.glsl"
+#include "common/reflect.glsl"
+#include "common/shade.glsl"
+#include "common/outgoing.glsl"
+#include "common/store.glsl"
+
+// What the publication lets two reflected distances differ, relative to them.
+const float FIXED_TOLERANCE = 0.001;
+
+struct Known {
+    vec4 light;      // C·L, C
+    float weight;    // Σ w
+    float nearness;
+};
+
+Known load_known(ivec3 texel) {
+    vec2 standing = texelFetch(standing_image, texel, 0).xy;
+    return Known(texelFetch(known_image, texel, 0), standing.x, standing.y);
+}
+
+// From the surface to what it reflects, metres.
+float hit_distance(float nearness, float eye_distance) { return max(1.0 / nearness - eye_distance, 0.0); }
+
+// The candidate at `pixel` of the other eye: its surface, what it reflects and the way back must all agree.
+// aim: the distance that led there; tolerance: pixels.
+bool agrees(Pixel p, float eye_distance, float aim, vec2 pixel, float tolerance, out Known q_known) {
+    ivec3 at = ivec3(ivec2(pixel), 1 - p.texel.z);
+    Guide g = load_guide(at);
+    if (g.instance == 0u) return false;
+    Pixel q = p;
+    q.texel = at;
+    q.position = render_position(uint(at.z), vec2(at.xy) + 0.5, g.depth);
+    if (!same_surface(p, g, q.position)) return false;
+    q_known = load_known(at);
+    if (q_known.light.a <= 0.0) return false;
+    vec3 to_eye = eye_position(uint(at.z)) - q.position;
+    float q_eye_distance = length(to_eye);
+    q.v = to_eye / q_eye_distance;
+    q.surface.normal = unpack_direction(g.normal);
+    float back_distance = hit_distance(q_known.nearness, q_eye_distance);
+    if (LOBE_TOLERANCE == 0u && abs(q_eye_distance + back_distance - eye_distance - aim) >
+                                    FIXED_TOLERANCE * (eye_distance + aim)) {
+        return false;
+    }
+    if (BACK_CHECK == 0u) return true;
+    vec2 back;
+    return image_in(q, uint(p.texel.z), back_distance, back) && distance(back, vec2(p.texel.xy) + 0.5) <= tolerance;
+}
+
+// The virtual image's pair, else the surface's own where the lobe is wide enough to cover the difference.
+// lobe: half its width in disparity, pixels.
+bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float lobe) {
+    uint other = 1u - uint(p.texel.z);
+    pair = Known(vec4(0.0), 0.0, 0.0);
+    lobe = 0.0;
+    float nearness = own.nearness;
+    vec2 surface_pixel, image_pixel;
+    bool surface_seen = image_in(p, other, 0.0, surface_pixel);
+    if (own.light.a <= 0.0) {
+        // It knows no distance of its own: the other eye may, about the same place of the surface.
+        if (FILLING == 0u || !surface_seen) return false;
+        ivec3 there = ivec3(ivec2(surface_pixel), other);
+        Guide g = load_guide(there);
+        if (g.instance == 0u ||
+            !same_surface(p, g, render_position(other, vec2(there.xy) + 0.5, g.depth))) return false;
+        nearness = load_known(there).nearness;
+    }
+    if (nearness <= 0.0) return false;
+    float aim = hit_distance(nearness, eye_distance);
+    lobe = lobe_pixels(p, aim);
+    // Half a pixel of rounding each way comes on top of the lobe's footprint.
+    float tolerance = max(1.0, lobe) + 0.5;
+    bool image_seen = image_in(p, other, aim, image_pixel);
+    if (image_seen && agrees(p, eye_distance, aim, image_pixel, tolerance, pair)) return true;
+    if (LOBE_TOLERANCE == 0u || is_mirror(p.surface) || !image_seen || !surface_seen) return false;
+    return distance(surface_pixel, image_pixel) <= lobe &&
+           agrees(p, eye_distance, 0.0, surface_pixel, tolerance, pair);
+}
+
+void main() {
+    ivec3 texel;
+    if (!listed_pixel(texel)) return;
+    Pixel p = load_pixel(texel);
+    float eye_distance = distance(eye_position(uint(texel.z)), p.position);
+    Known own = load_known(texel), pair;
+    float lobe;
+    vec4 light = own.light;
+    if (find_pair(p, own, eye_distance, pair, lobe)) {
+        // Half a pixel of misplacement would blur what a narrow lobe shows sharply, and such a lobe has no noise to
+        // lose: there, as in a mirror, the pair only fills.
+        float share = is_mirror(p.surface) ? 0.0 : clamp(lobe, 0.0, 1.0);
+        float own_weight = own.weight, pair_weight = pair.weight;
+        if (FILLING != 0u) {
+            // Where the eyes know about as much, the difference is chance, and their mean is right; where one knows much
+            // more, the other one is blind there, and who knows has the say.
+            float blind = smoothstep(0.2, 0.6, abs(own.light.a - pair.light.a));
+            own_weight *= mix(1.0, own.light.a, blind);
+            pair_weight *= mix(1.0, pair.light.a, blind);
+        }
+        if (own.light.a > 0.0) pair_weight *= share;
+        light = (own_weight * own.light + pair_weight * pair.light) / max(own_weight + pair_weight, 1e-12);
+    }
+    imageStore(reflection_image, texel, vec4(storable(outgoing(p, light.rgb, light.a)), light.a));
+}

@@ -1,0 +1,160 @@
+//! `cyclopean compare`: methods over scenes against the reference, or one picture against another.
+
+use std::path::Path;
+#[cfg(feature = "gpu")]
+use std::path::PathBuf;
+
+use super::WrongUsage;
+#[cfg(feature = "gpu")]
+use super::device::{self, Size};
+use super::pictures::{self, Display};
+#[cfg(feature = "gpu")]
+use crate::compare::{self, Options};
+use crate::console::Console;
+use crate::metrics::flip;
+#[cfg(feature = "gpu")]
+use crate::render::{Method, Settings};
+#[cfg(feature = "gpu")]
+use crate::scene::Fallback;
+
+/// Error against run time: methods over scenes against the path-traced reference, or picture B against picture A.
+///
+/// Scenes: renders every method at every sample count, round by round, and writes compare.json, compare.md and a plot a
+/// scene. Pictures: the metrics of B.exr against A.exr, without a GPU.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Scenes (a built-in name, a manifest, a .gltf or .glb file), or two pictures: A.exr, the reference, and B.exr.
+    #[arg(required = true, value_name = "SCENE… | A.exr B.exr")]
+    inputs: Vec<String>,
+    /// Pixels per degree of visual angle, for FLIP; the default is 0.7 m from a 0.7 m wide screen of 3840 pixels.
+    #[arg(long, default_value_t = flip::PIXELS_PER_DEGREE)]
+    pixels_per_degree: f32,
+    /// Linear factor before the tone map, for two pictures; scenes have their own.
+    #[arg(long)]
+    exposure: Option<f32>,
+    #[cfg(feature = "gpu")]
+    #[command(flatten)]
+    scenes: SceneArgs,
+}
+
+/// What only scenes ask for.
+#[cfg(feature = "gpu")]
+#[derive(Debug, clap::Args)]
+struct SceneArgs {
+    /// The first is the baseline: what the others are divided by. NAME@N has N rays a pixel whatever --spp says.
+    #[arg(long, value_delimiter = ',', default_value = "sssr,stereo")]
+    methods: Vec<String>,
+    /// Rays a pixel. The equal-time table takes two or more.
+    #[arg(long, value_delimiter = ',', default_value = "1,2,4", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    spp: Vec<u32>,
+    /// Rounds, each with its own random seed. 64 or more make the systematic inconsistency sharp.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    seeds: u32,
+    /// Pixels of one eye, WIDTHxHEIGHT.
+    #[arg(long)]
+    size: Option<Size>,
+    /// Paths a pixel of the reference.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=65536))]
+    reference_spp: Option<u32>,
+    /// What unknown rays see; `both`: black and the scene's own.
+    #[arg(long, value_enum, default_value_t = FallbackArg::Black)]
+    fallback: FallbackArg,
+    /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
+    #[arg(long, default_value_t = 0.1)]
+    edge_fade: f32,
+    /// One of the scenes' views; each scene's first by default.
+    #[arg(long)]
+    view: Option<String>,
+    /// Where references are kept; `references` in the user's cache folder by default.
+    #[arg(long)]
+    cache: Option<PathBuf>,
+    /// Folder for the files; made when missing.
+    #[arg(long, short, default_value = "out")]
+    out: PathBuf,
+    /// Part of the device's name; the best device by default.
+    #[arg(long)]
+    device: Option<String>,
+}
+
+/// [`Fallback`] on the command line, or two of them.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum FallbackArg {
+    Black,
+    Probe,
+    Environment,
+    Both,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// Wrong usage, an unreadable picture, no device, an unwritable folder, or a scene that failed: the others are written.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let positive = |name: &str, value: f32| match value.is_finite() && value > 0.0 {
+        true => Ok(value),
+        false => Err(WrongUsage(format!("--{name} {value} is not above 0"))),
+    };
+    let pixels_per_degree = positive("pixels-per-degree", args.pixels_per_degree)?;
+    let exposure = args.exposure.map(|e| positive("exposure", e)).transpose()?;
+    let is_picture = |name: &String| Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    match (args.inputs.as_slice(), args.inputs.iter().any(is_picture)) {
+        ([a, b], true) if is_picture(a) && is_picture(b) => {
+            let display = Display { exposure: exposure.unwrap_or(1.0), pixels_per_degree };
+            pictures::compare(a.as_ref(), b.as_ref(), &display, console)
+        }
+        (_, true) => Err(WrongUsage("two pictures are compared, A.exr (the reference) and B.exr".to_owned()).into()),
+        _ if exposure.is_some() => {
+            Err(WrongUsage("--exposure is for two pictures; a scene says its own".to_owned()).into())
+        }
+        (scenes, false) => compare_scenes(&args, scenes, console),
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn compare_scenes(_: &Args, _: &[String], _: &Console) -> anyhow::Result<()> {
+    anyhow::bail!("this build renders nothing (no feature `gpu`); it compares two pictures: A.exr B.exr")
+}
+
+#[cfg(feature = "gpu")]
+fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::Result<()> {
+    let of = &args.scenes;
+    let methods = of.methods.iter().map(|m| Method::parse(m).map_err(|e| WrongUsage(e.to_string())));
+    let methods = methods.collect::<Result<Vec<_>, _>>()?;
+    if !(0.0..=0.5).contains(&of.edge_fade) {
+        return Err(WrongUsage(format!("--edge-fade {} is outside 0 to 0.5", of.edge_fade)).into());
+    }
+    let gpu = device::open(of.device.as_deref())?;
+    let size = device::size_or_default(&gpu, of.size, console);
+    let reference = Method::parse("path-traced").map_err(|e| WrongUsage(e.to_string()))?;
+    let options = Options {
+        methods,
+        spp: of.spp.clone(),
+        seeds: of.seeds,
+        reference: device::samples_or_default(&gpu, reference, of.reference_spp, console),
+        settings: Settings { edge_fade: of.edge_fade, ..device::settings(size, 0) },
+        fallback: match of.fallback {
+            FallbackArg::Black => compare::Fallbacks::One(Fallback::Black),
+            FallbackArg::Probe => compare::Fallbacks::One(Fallback::Probe),
+            FallbackArg::Environment => compare::Fallbacks::One(Fallback::Environment),
+            FallbackArg::Both => compare::Fallbacks::Both,
+        },
+        view: of.view.clone(),
+        pixels_per_degree: args.pixels_per_degree,
+        cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
+        out: of.out.clone(),
+    };
+    let report = compare::compare(&gpu, scenes, &options, console)?;
+    console.line(compare::markdown(&report));
+    for name in ["compare.json", "compare.md"] {
+        console.line(format!("  {}", of.out.join(name).display()));
+    }
+    console.object(&report)?;
+    match report.failed.as_slice() {
+        [] => Ok(()),
+        failed => {
+            let names: Vec<String> = failed.iter().map(|f| format!("{}: {}", f.scene, f.error)).collect();
+            anyhow::bail!("{} of {} scenes failed: {}", failed.len(), scenes.len(), names.join("; "))
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Error against run time: methods and sample counts side by side, over scenes, against the path-traced reference.
+//!
+//! A scene's frames are interleaved: each round renders every configuration once, with the round's number as its seed,
+//! and begins one configuration later than the round before, so that what drifts on a machine meets all alike.
+//! Definitions are in `docs/compare.md`.
+
+mod plan;
+mod plot;
+mod ratios;
+mod reference;
+mod report;
+mod run;
+mod tables;
+mod times;
+
+use std::path::Path;
+use std::rc::Rc;
+
+use cyclopean_analysis::files::{self, WriteError};
+
+use crate::console::{Console, Interrupted};
+use crate::gpu::{Gpu, GpuError};
+use crate::picture::PictureError;
+use crate::render::RenderError;
+use crate::scene::SceneError;
+
+pub use plan::{Fallbacks, Options};
+pub use report::{Failure, Report, SceneReport};
+
+/// A scene could not be compared, or what was found could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("scene `{scene}` has no view `{view}`; it has: {known}")]
+    NoView { scene: String, view: String, known: String },
+    #[error("scene `{0}`: nothing in view reflects, so there is nothing to compare")]
+    NoReflection(String),
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error("cannot make the folder {}: {source}", path.display())]
+    Folder { path: std::path::PathBuf, source: std::io::Error },
+    #[error("cannot write JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+impl CompareError {
+    /// Ctrl-C: the scenes to come are not begun.
+    fn is_interruption(&self) -> bool {
+        matches!(self, CompareError::Interrupted(_) | CompareError::Render(RenderError::Interrupted(_)))
+    }
+}
+
+/// Compares on each scene, writing `compare.json`, `compare.md` and the scene's plots into `options.out` after each:
+/// what is done stays, whatever happens to the next. A scene that fails is in the report's `failed`.
+///
+/// # Errors
+/// An output that cannot be written, or Ctrl-C.
+pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Console) -> Result<Report, CompareError> {
+    // Fail before the work, not after it.
+    for folder in [&options.out, &options.cache] {
+        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
+    }
+    let mut report = Report::new(gpu.info().clone(), options);
+    for name in scenes {
+        match run::scene(gpu, name, options, console) {
+            Ok(done) => {
+                for (fallback, svg) in plot::plots(&done) {
+                    let file = format!("{}.svg", file_name(&done, &fallback));
+                    files::write_bytes(&options.out.join(file), svg.as_bytes())?;
+                }
+                report.scenes.push(done);
+            }
+            Err(error) if error.is_interruption() => return Err(error),
+            Err(error) => {
+                console.note(format!("{name}: {error}"));
+                report.failed.push(Failure { scene: name.clone(), error: error.to_string() });
+            }
+        }
+        report.summary = ratios::over_scenes(&report.scenes);
+        write(&options.out, &report)?;
+    }
+    Ok(report)
+}
+
+fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {
+    files::write_bytes(&folder.join("compare.json"), &serde_json::to_vec_pretty(report)?)?;
+    files::write_bytes(&folder.join("compare.md"), tables::markdown(report).as_bytes())?;
+    Ok(())
+}
+
+/// Without the extension; the fallback is named where there are two.
+fn file_name(scene: &SceneReport, fallback: &str) -> String {
+    let two = scene.results.iter().any(|r| r.fallback != fallback);
+    let stem = if two { format!("{}_{fallback}", scene.scene) } else { scene.scene.clone() };
+    stem.replace(['/', '\\', ' '], "-")
+}
+
+/// The Markdown of a report: what `compare.md` holds.
+pub fn markdown(report: &Report) -> String {
+    tables::markdown(report)
+}

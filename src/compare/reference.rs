@@ -1,0 +1,218 @@
+//! The path-traced reference of a view: made once, kept by its content's hash, verified when it is read.
+//!
+//! A second one with another seed stands beside it. Half their mean squared difference is the reference's variance
+//! without any assumption about its samples, and what it scores as a method is the floor of the others.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::files;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::CompareError;
+use crate::console::{Console, check_interrupted};
+use crate::metrics::Pairs;
+use crate::metrics::pairs::{self, EyeSurfaces, Surfaces};
+use crate::picture::{self, Part, StereoPicture};
+use crate::render::geometry::EyeGeometry;
+use crate::render::{Geometry, Method, Prepared, Renderer, Settings, identity};
+use crate::scene::{Fallback, StereoCamera};
+
+/// Far from the rounds' seeds, which begin at 0: equal seeds would share random numbers.
+const SEEDS: [u32; 2] = [1_000_001, 1_000_002];
+
+/// Of the files' meaning, the choice of pairs included: another one is made anew.
+const VERSION: u32 = 1;
+
+const PICTURE: &str = "reference.exr";
+const AGAIN: &str = "again.exr";
+const PAIRS: &str = "pairs.json";
+const MANIFEST: &str = "manifest.json";
+
+/// The reference of a view.
+pub struct Reference {
+    pub key: String,
+    pub folder: PathBuf,
+    /// Linear radiance, the outgoing reflection alone, and its standard error.
+    pub linear: StereoPicture,
+    pub reflection: StereoPicture,
+    pub error: StereoPicture,
+    /// R: 1 where a reflection ray starts; G: 1 / hit distance; B: raw depth.
+    rays: StereoPicture,
+    pub pairs: Pairs,
+    /// With the second seed.
+    pub again: [StereoPicture; 2],
+}
+
+/// What is stored of a reference, written last: without it the folder holds nothing.
+#[derive(Debug, Serialize, Deserialize)]
+struct Manifest {
+    version: u32,
+    scene: String,
+    spp: u32,
+    /// SHA-256 (hex) by file.
+    files: BTreeMap<String, String>,
+}
+
+impl Reference {
+    /// Pixels of an eye that trace a reflection ray.
+    pub fn mask(&self, eye: usize) -> Vec<bool> {
+        self.rays.eyes[eye].iter().map(|t| t[0] > 0.0).collect()
+    }
+
+    /// The stored one, or a new one that is then stored.
+    ///
+    /// # Errors
+    /// What the device or the disk said; a stored file that is damaged is only made again, which is said.
+    pub fn obtain(
+        cache: &Path,
+        renderer: &mut Renderer,
+        camera: &StereoCamera,
+        method: &Method,
+        settings: &Settings,
+        device_kind: &str,
+        console: &Console,
+    ) -> Result<Reference, CompareError> {
+        // Paths see the geometry: neither fade nor fallback changes them, and neither shall make another reference.
+        let neutral = Settings::default();
+        let settings = Settings {
+            seed: SEEDS[0],
+            fallback: Some(Fallback::Black),
+            edge_fade: neutral.edge_fade,
+            reuse_radius: neutral.reuse_radius,
+            max_steps: neutral.max_steps,
+            ..settings.clone()
+        };
+        let key = identity(renderer.scene(), camera, method, &settings, device_kind)?;
+        let folder = cache.join(&key);
+        if folder.join(MANIFEST).exists() {
+            match Reference::read(&key, &folder) {
+                Ok(found) => return Ok(found),
+                Err(reason) => console.note(format!("{}: {reason}; it is made again", folder.display())),
+            }
+        }
+        let scene = renderer.scene().name.clone();
+        let made = Reference::make(key, folder, renderer.prepare(camera, method, &settings)?, console)?;
+        made.write(&scene, method.samples())?;
+        Ok(made)
+    }
+
+    fn make(
+        key: String,
+        folder: PathBuf,
+        mut prepared: Prepared,
+        console: &Console,
+    ) -> Result<Reference, CompareError> {
+        let mut bar = None;
+        let samples = u64::from(prepared.method().samples());
+        let mut frame = |prepared: &Prepared, first: u64| {
+            prepared.frame(&mut |done, _| {
+                let bar = bar.get_or_insert_with(|| console.progress("reference", 2 * samples));
+                bar.advance_to(first + u64::from(done), "");
+                check_interrupted()
+            })
+        };
+        frame(&prepared, 0)?;
+        let (linear, reflection, geometry) = (prepared.linear()?, prepared.reflection()?, prepared.geometry()?);
+        let error = prepared.standard_error(&reflection)?.unwrap_or_else(|| black(&linear));
+        prepared.set_seed(SEEDS[1], 0);
+        frame(&prepared, samples)?;
+        let again = [prepared.linear()?, prepared.reflection()?];
+        let pairs = choose_pairs(&prepared, &geometry, &linear, &error);
+        let rays = rays(&geometry, &linear);
+        Ok(Reference { key, folder, linear, reflection, error, rays, pairs, again })
+    }
+
+    fn write(&self, scene: &str, spp: u32) -> Result<(), CompareError> {
+        let folder = &self.folder;
+        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
+        let parts = [
+            Part { layer: "", picture: &self.linear },
+            Part { layer: "reflection", picture: &self.reflection },
+            Part { layer: "error", picture: &self.error },
+            Part { layer: "rays", picture: &self.rays },
+        ];
+        picture::write_exr(&folder.join(PICTURE), &parts)?;
+        let [linear, reflection] = &self.again;
+        let parts = [Part { layer: "", picture: linear }, Part { layer: "reflection", picture: reflection }];
+        picture::write_exr(&folder.join(AGAIN), &parts)?;
+        files::write_bytes(&folder.join(PAIRS), &serde_json::to_vec(&self.pairs)?)?;
+        let mut hashes = BTreeMap::new();
+        for name in [PICTURE, AGAIN, PAIRS] {
+            let path = folder.join(name);
+            let bytes = std::fs::read(&path).map_err(|source| CompareError::Folder { path, source })?;
+            hashes.insert(name.to_owned(), sha256(&bytes));
+        }
+        let manifest = Manifest { version: VERSION, scene: scene.to_owned(), spp, files: hashes };
+        Ok(files::write_bytes(&folder.join(MANIFEST), &serde_json::to_vec_pretty(&manifest)?)?)
+    }
+
+    /// The stored files, or why they cannot be used.
+    fn read(key: &str, folder: &Path) -> Result<Reference, String> {
+        let bytes = |name: &str| std::fs::read(folder.join(name)).map_err(|e| format!("{name} cannot be read ({e})"));
+        let json = |e: serde_json::Error| format!("it is no JSON of ours ({e})");
+        let manifest: Manifest = serde_json::from_slice(&bytes(MANIFEST)?).map_err(json)?;
+        if manifest.version != VERSION {
+            return Err(format!("it is of version {}, {VERSION} is needed", manifest.version));
+        }
+        for name in [PICTURE, AGAIN, PAIRS] {
+            if manifest.files.get(name) != Some(&sha256(&bytes(name)?)) {
+                return Err(format!("{name} is not what was written"));
+            }
+        }
+        let read = |name: &str, layer: &str| picture::read_exr(&folder.join(name), layer).map_err(|e| e.to_string());
+        Ok(Reference {
+            key: key.to_owned(),
+            folder: folder.to_owned(),
+            linear: read(PICTURE, "")?,
+            reflection: read(PICTURE, "reflection")?,
+            error: read(PICTURE, "error")?,
+            rays: read(PICTURE, "rays")?,
+            pairs: serde_json::from_slice(&bytes(PAIRS)?).map_err(json)?,
+            again: [read(AGAIN, "")?, read(AGAIN, "reflection")?],
+        })
+    }
+}
+
+fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture, error: &StereoPicture) -> Pairs {
+    let surfaces = Surfaces {
+        camera: prepared.camera(),
+        width: linear.width as usize,
+        height: linear.height as usize,
+        delta_roughness: prepared.settings().delta_roughness,
+        eyes: [0, 1].map(|eye| surfaces(&geometry.eyes[eye])),
+    };
+    let reference = pairs::Reference { linear: linear.eyes(), error: error.eyes() };
+    Pairs::choose(&surfaces, &reference)
+}
+
+fn surfaces(eye: &EyeGeometry) -> EyeSurfaces<'_> {
+    EyeSurfaces {
+        traced: &eye.traced,
+        depth: &eye.depth,
+        instance: &eye.instance,
+        normal: &eye.normal,
+        face_normal: &eye.face_normal,
+        roughness: &eye.roughness,
+        inverse_hit_distance: &eye.inverse_hit_distance,
+    }
+}
+
+fn rays(geometry: &Geometry, like: &StereoPicture) -> StereoPicture {
+    let eyes = [0, 1].map(|eye| {
+        let g = &geometry.eyes[eye];
+        let texel = |i: usize| [f32::from(u8::from(g.traced[i])), g.inverse_hit_distance[i], g.depth[i]];
+        (0..g.depth.len()).map(texel).collect()
+    });
+    StereoPicture { width: like.width, height: like.height, eyes }
+}
+
+fn black(like: &StereoPicture) -> StereoPicture {
+    let eyes = [0, 1].map(|eye: usize| vec![[0.0; 3]; like.eyes[eye].len()]);
+    StereoPicture { width: like.width, height: like.height, eyes }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}

@@ -1,0 +1,232 @@
+//! `compare.json`. Its keys may be parsed by others: they are added to, never renamed.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::plan::Options;
+use super::times::Groups;
+use crate::gpu::DeviceInfo;
+use crate::metrics::stereo::{Inconsistency, Systematic, THRESHOLDS};
+use crate::render::Settings;
+
+/// The whole file.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    pub device: DeviceInfo,
+    /// Pixels of one eye.
+    pub width: u32,
+    pub height: u32,
+    pub seeds: u32,
+    pub reference_spp: u32,
+    pub pixels_per_degree: f32,
+    /// What all configurations share; seed and fallback are theirs.
+    pub settings: Settings,
+    pub scenes: Vec<SceneReport>,
+    /// Ratios over all scenes.
+    pub summary: Vec<Summary>,
+    pub failed: Vec<Failure>,
+}
+
+/// A scene that could not be compared.
+#[derive(Debug, Clone, Serialize)]
+pub struct Failure {
+    pub scene: String,
+    pub error: String,
+}
+
+/// One scene.
+#[derive(Debug, Clone, Serialize)]
+pub struct SceneReport {
+    pub scene: String,
+    pub scene_sha256: String,
+    pub view: String,
+    /// Of every tone map here: the reference's.
+    pub exposure: f32,
+    /// Share of the pixels, both eyes, that trace a reflection ray.
+    pub reflective: f64,
+    /// What the ratios are divided by, without `@N`.
+    pub baseline: String,
+    pub reference: ReferenceReport,
+    pub pairs: PairsReport,
+    pub results: Vec<Row>,
+    /// Every method over the baseline with as many samples.
+    pub equal_sample: Vec<Ratio>,
+    /// Every method over the baseline's error curve at the method's own time.
+    pub equal_time: Vec<EqualTime>,
+    /// Times over the baseline's, taken within each round.
+    pub overhead: Vec<Overhead>,
+}
+
+/// What the reference is worth.
+#[derive(Debug, Clone, Serialize)]
+pub struct ReferenceReport {
+    /// Its folder in the cache.
+    pub key: String,
+    pub files: PathBuf,
+    pub spp: u32,
+    /// Mean variance of a pixel's reflection (linear radiance squared), left and right, measured as half the mean
+    /// squared difference between two references of different seeds. Every `mse` and `bias2` here holds it.
+    pub variance: [f64; 2],
+}
+
+/// Pairs of pixels, see `metrics::pairs`.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PairsReport {
+    pub candidates: u64,
+    pub used: u64,
+    /// Share of the candidates that the reference's noise leaves open.
+    pub undecided: Option<f64>,
+    /// Share of the candidates that differ in the reference.
+    pub different: Option<f64>,
+    /// Share of the used pairs beyond 2 % in a reference with another seed: no method's raw share can be expected to
+    /// lie below it.
+    pub floor: Option<f64>,
+}
+
+/// One method with its samples and fallback.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// Without `@N`.
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    pub seeds: u32,
+    /// Medians over rounds, milliseconds on the device, both eyes.
+    pub ms: Groups,
+    /// First and third quartile.
+    pub ms_quartiles: BTreeMap<String, [f64; 2]>,
+    /// Every pass of the frame under its own name, medians.
+    pub passes: BTreeMap<String, f64>,
+    pub left: EyeReport,
+    pub right: EyeReport,
+    /// Null: no pairs.
+    pub systematic_inconsistency: Option<f64>,
+    pub systematic: Option<Systematic>,
+    pub noise_variance: Option<f64>,
+    pub noise_variance_relative: Option<f64>,
+    /// Share of pairs beyond so many per cent in single frames.
+    pub noise_over: Option<BTreeMap<u32, f64>>,
+    /// Radiance beyond fp16 that was clamped, summed over the seeds.
+    pub clamped: u64,
+    /// By round, for other statistics than ours.
+    pub rounds: Rounds,
+}
+
+/// One eye of a row: means over the seeds.
+#[derive(Debug, Clone, Serialize)]
+pub struct EyeReport {
+    /// `mse`, `rse`, `relmse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of the tone-mapped
+    /// composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`. Null: undefined.
+    #[serde(flatten)]
+    pub means: BTreeMap<&'static str, Option<f64>>,
+    pub bias2: Option<f64>,
+    pub variance: Option<f64>,
+    /// 95 % Student t over the seeds, by measure.
+    pub intervals: BTreeMap<&'static str, [f64; 2]>,
+}
+
+/// Values by round.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Rounds {
+    pub ms: Vec<Groups>,
+    /// By measure, mean of the eyes.
+    pub measures: BTreeMap<&'static str, Vec<f64>>,
+}
+
+/// A measure of a method over the baseline's with as many samples.
+#[derive(Debug, Clone, Serialize)]
+pub struct Ratio {
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    /// `mse`, `rse`, `relmse`, `flip`, `reflection_flip`, `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`,
+    /// `variance` (means of the eyes), `systematic_inconsistency`, `noise_variance`.
+    pub measure: &'static str,
+    /// Below 1: the method is better.
+    pub ratio: f64,
+    /// 95 % Student t of the log ratio over seeds; null for what has no value a seed.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// Mean squared error at equal time.
+#[derive(Debug, Clone, Serialize)]
+pub struct EqualTime {
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    /// The method's median reflection time.
+    pub ms: f64,
+    /// Mean of the eyes.
+    pub mse: f64,
+    /// Of the baseline at that time: log error over log time, linear between its measured sample counts.
+    pub baseline_mse: f64,
+    pub ratio: f64,
+    /// The time lies outside what was measured of the baseline; the nearest segment was prolonged.
+    pub extrapolated: bool,
+}
+
+/// Time over the baseline's.
+#[derive(Debug, Clone, Serialize)]
+pub struct Overhead {
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    /// A key of `ms`.
+    pub group: String,
+    pub median: f64,
+    pub quartiles: [f64; 2],
+}
+
+/// Geometric mean over scenes of a ratio.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    /// As in [`Ratio`], or `equal_time_mse`, or `ms_` and a key of `ms`.
+    pub measure: String,
+    pub geomean: f64,
+    /// 95 % Student t over the scenes' logarithms; null for one scene.
+    pub interval: Option<[f64; 2]>,
+    /// The largest of the scenes.
+    pub worst: f64,
+    pub scenes: usize,
+}
+
+impl Report {
+    /// Nothing compared yet.
+    pub fn new(device: DeviceInfo, options: &Options) -> Report {
+        Report {
+            device,
+            width: options.settings.width,
+            height: options.settings.height,
+            seeds: options.seeds,
+            reference_spp: options.reference.samples(),
+            pixels_per_degree: options.pixels_per_degree,
+            settings: options.settings.clone(),
+            scenes: Vec::new(),
+            summary: Vec::new(),
+            failed: Vec::new(),
+        }
+    }
+}
+
+impl Row {
+    /// Mean of both eyes' means.
+    pub fn both(&self, measure: &str) -> Option<f64> {
+        let value = |eye: &EyeReport| eye.means.get(measure).copied().flatten();
+        Some((value(&self.left)? + value(&self.right)?) / 2.0)
+    }
+
+    /// The same configuration by another method.
+    pub fn is_peer(&self, other: &Row) -> bool {
+        self.spp == other.spp && self.fallback == other.fallback
+    }
+}
+
+/// Shares by threshold in per cent.
+pub fn by_percent(found: &Inconsistency) -> BTreeMap<u32, f64> {
+    THRESHOLDS.iter().zip(found.noise_over).map(|(t, share)| ((t * 100.0).round() as u32, share)).collect()
+}

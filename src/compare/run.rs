@@ -1,0 +1,300 @@
+//! One scene: its reference, its rounds, its numbers.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use cyclopean_analysis::interval::student_t;
+
+use super::CompareError;
+use super::plan::{Configuration, Options, base_name};
+use super::ratios;
+use super::reference::Reference;
+use super::report::{EyeReport, PairsReport, ReferenceReport, Rounds, Row, SceneReport, by_percent};
+use super::times::{self, Groups};
+use crate::console::{Console, check_interrupted};
+use crate::gpu::Gpu;
+use crate::metrics::stereo::{Consistency, share_beyond};
+use crate::metrics::{Judge, Moments};
+use crate::picture::StereoPicture;
+use crate::render::{FrameReport, Prepared, Renderer, Settings};
+use crate::scene::{self, Fallback, Scene, View};
+
+/// What is measured of each eye in each round.
+const MEASURES: [&str; 9] =
+    ["mse", "rse", "relmse", "ssim", "flip", "reflection_ssim", "reflection_flip", "composite_mse", "composite_rse"];
+
+type Measured = [Option<f64>; MEASURES.len()];
+
+/// Compares on one scene.
+///
+/// # Errors
+/// [`CompareError`]; nothing of the scene is kept but its reference.
+pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<SceneReport, CompareError> {
+    let scene = Arc::new(scene::load(name)?);
+    let view = view(&scene, options.view.as_deref())?;
+    let camera = view.stereo_camera(options.settings.aspect());
+    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let kind = gpu.info().kind;
+    let reference = Reference::obtain(
+        &options.cache,
+        &mut renderer,
+        &camera,
+        &options.reference,
+        &options.settings,
+        kind,
+        console,
+    )?;
+    let masks = [0, 1].map(|eye| reference.mask(eye));
+    let traced: usize = masks.iter().flatten().filter(|m| **m).count();
+    if traced == 0 {
+        return Err(CompareError::NoReflection(scene.name.clone()));
+    }
+    let judges = [0, 1].map(|eye| EyeJudge::new(&reference, eye, &masks[eye], scene.exposure, options));
+
+    let mut runs = Vec::new();
+    for configuration in options.configurations(&scene) {
+        let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
+        let prepared = renderer.prepare(&camera, &configuration.method, &settings)?;
+        runs.push(Run::new(configuration, prepared, &reference));
+    }
+    rounds(&mut runs, &masks, &judges, options.seeds, &scene.name, console)?;
+    // After the last frame, so that a message about any of them refuses the scene's numbers.
+    gpu.check_validation()?;
+
+    let results: Vec<Row> = runs.into_iter().map(|run| run.row(&reference, &masks)).collect();
+    let baseline = base_name(&options.methods[0]);
+    let pairs = &reference.pairs;
+    let share = |n: u64| (pairs.candidates > 0).then(|| n as f64 / pairs.candidates as f64);
+    Ok(SceneReport {
+        scene: scene.name.clone(),
+        scene_sha256: scene.content_sha256.clone(),
+        view: view.name.clone(),
+        exposure: scene.exposure,
+        reflective: traced as f64 / masks.iter().map(Vec::len).sum::<usize>() as f64,
+        reference: ReferenceReport {
+            key: reference.key.clone(),
+            files: reference.folder.clone(),
+            spp: options.reference.samples(),
+            variance: [0, 1].map(|eye| variance_of_two(&reference, eye, &masks[eye])),
+        },
+        pairs: PairsReport {
+            candidates: pairs.candidates,
+            used: pairs.pairs.len() as u64,
+            undecided: share(pairs.undecided),
+            different: share(pairs.different),
+            floor: share_beyond(pairs, reference.again[0].eyes()),
+        },
+        equal_sample: ratios::equal_sample(&results, &baseline),
+        equal_time: ratios::equal_time(&results, &baseline),
+        overhead: ratios::overhead(&results, &baseline),
+        baseline,
+        results,
+    })
+}
+
+fn view<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a View, CompareError> {
+    let found = match name {
+        None => scene.views.first(),
+        Some(name) => scene.views.iter().find(|v| v.name == name),
+    };
+    found.ok_or_else(|| CompareError::NoView {
+        scene: scene.name.clone(),
+        view: name.unwrap_or("").to_owned(),
+        known: scene.views.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// Every configuration once a round; the first round only warms up.
+fn rounds(
+    runs: &mut [Run<'_>],
+    masks: &[Vec<bool>; 2],
+    judges: &[EyeJudge; 2],
+    seeds: u32,
+    scene: &str,
+    console: &Console,
+) -> Result<(), CompareError> {
+    let count = runs.len();
+    let mut bar = console.progress(scene, u64::from(seeds + 1) * count as u64);
+    for round in 0..=seeds {
+        for turn in 0..count {
+            check_interrupted()?;
+            let run = &mut runs[(round as usize + turn) % count];
+            run.prepared.set_seed(round, 0);
+            let frame = run.prepared.frame(&mut |_, _| check_interrupted())?;
+            if round > 0 {
+                run.add(frame, masks, judges)?;
+            }
+            bar.step(&run.configuration.method.to_string());
+        }
+    }
+    Ok(())
+}
+
+/// One eye's reference, made ready: the reflection over the pixels that trace, the composite over all.
+struct EyeJudge {
+    reflection: Judge,
+    composite: Judge,
+}
+
+impl EyeJudge {
+    fn new(reference: &Reference, eye: usize, mask: &[bool], exposure: f32, options: &Options) -> EyeJudge {
+        let size = (reference.linear.width as usize, reference.linear.height as usize);
+        let judge = |picture: &StereoPicture, mask: Vec<bool>| {
+            Judge::new(size, &picture.eyes[eye], mask, exposure, options.pixels_per_degree)
+        };
+        EyeJudge {
+            reflection: judge(&reference.reflection, mask.to_vec()),
+            composite: judge(&reference.linear, vec![true; mask.len()]),
+        }
+    }
+
+    /// In the order of [`MEASURES`].
+    fn measure(&self, reflection: &[[f32; 3]], composite: &[[f32; 3]]) -> Measured {
+        let (Some(r), Some(c)) = (self.reflection.of(reflection), self.composite.of(composite)) else {
+            return Measured::default();
+        };
+        [Some(r.mse), r.rse, r.relmse, c.ssim, c.flip, r.ssim, r.flip, Some(c.mse), c.rse]
+    }
+}
+
+/// A configuration on its way through the rounds.
+struct Run<'a> {
+    configuration: Configuration,
+    prepared: Prepared,
+    groups: Vec<Groups>,
+    passes: Vec<BTreeMap<String, f64>>,
+    measured: [Vec<Measured>; 2],
+    /// Of the reflection's channels over the pixels that trace.
+    moments: [Moments; 2],
+    consistency: Consistency<'a>,
+    clamped: u64,
+}
+
+impl<'a> Run<'a> {
+    fn new(configuration: Configuration, prepared: Prepared, reference: &'a Reference) -> Run<'a> {
+        Run {
+            configuration,
+            prepared,
+            groups: Vec::new(),
+            passes: Vec::new(),
+            measured: [Vec::new(), Vec::new()],
+            moments: [Moments::default(), Moments::default()],
+            consistency: Consistency::new(&reference.pairs),
+            clamped: 0,
+        }
+    }
+
+    fn add(&mut self, frame: FrameReport, masks: &[Vec<bool>; 2], judges: &[EyeJudge; 2]) -> Result<(), CompareError> {
+        let (linear, reflection) = (self.prepared.linear()?, self.prepared.reflection()?);
+        self.groups.push(times::groups(&frame.passes));
+        self.passes.push(frame.passes.into_iter().map(|p| (p.name, p.ms)).collect());
+        self.clamped += frame.counters.clamped;
+        self.consistency.add(linear.eyes());
+        // The eyes in parallel: no frame runs meanwhile, so no time is disturbed.
+        let eye = |eye: usize, moments: &mut Moments| {
+            moments.add(masked(&reflection.eyes[eye], &masks[eye]));
+            judges[eye].measure(&reflection.eyes[eye], &linear.eyes[eye])
+        };
+        let [left, right] = &mut self.moments;
+        let measured = std::thread::scope(|scope| {
+            let other = scope.spawn(|| eye(1, right));
+            let own = eye(0, left);
+            [own, other.join().expect("metrics do not panic on pictures of one size")]
+        });
+        for (all, one) in self.measured.iter_mut().zip(measured) {
+            all.push(one);
+        }
+        Ok(())
+    }
+
+    fn row(self, reference: &Reference, masks: &[Vec<bool>; 2]) -> Row {
+        let eye = |eye: usize| {
+            let split = self.moments[eye].split(masked(&reference.reflection.eyes[eye], &masks[eye]));
+            EyeReport {
+                means: MEASURES.iter().enumerate().map(|(m, name)| (*name, mean(&self.series(eye, m)))).collect(),
+                bias2: split.map(|s| s.bias2),
+                variance: split.map(|s| s.variance),
+                intervals: self.intervals(eye),
+            }
+        };
+        let found = self.consistency.found();
+        let systematic = found.and_then(|f| f.systematic);
+        Row {
+            method: self.configuration.name.clone(),
+            spp: self.configuration.method.samples(),
+            fallback: fallback_name(self.configuration.fallback).to_owned(),
+            seeds: self.groups.len() as u32,
+            ms: quantiles(&self.groups).map(|(name, q)| (name, q[1])).collect(),
+            ms_quartiles: quantiles(&self.groups).map(|(name, q)| (name, [q[0], q[2]])).collect(),
+            passes: quantiles(&self.passes).map(|(name, q)| (name, q[1])).collect(),
+            left: eye(0),
+            right: eye(1),
+            systematic_inconsistency: systematic.map(|s| s.share),
+            systematic,
+            noise_variance: found.and_then(|f| f.noise_variance),
+            noise_variance_relative: found.and_then(|f| f.noise_variance_relative),
+            noise_over: found.as_ref().map(by_percent),
+            clamped: self.clamped,
+            rounds: Rounds { measures: self.by_round(), ms: self.groups },
+        }
+    }
+
+    /// A measure's values by round; empty where any is undefined.
+    fn series(&self, eye: usize, measure: usize) -> Vec<f64> {
+        let values: Option<Vec<f64>> = self.measured[eye].iter().map(|m| m[measure]).collect();
+        values.unwrap_or_default()
+    }
+
+    fn intervals(&self, eye: usize) -> BTreeMap<&'static str, [f64; 2]> {
+        let interval = |m: usize| {
+            let i = student_t(&self.series(eye, m), 0.95);
+            Some([i.lo?, i.hi?])
+        };
+        MEASURES.iter().enumerate().filter_map(|(m, name)| Some((*name, interval(m)?))).collect()
+    }
+
+    fn by_round(&self) -> BTreeMap<&'static str, Vec<f64>> {
+        let both = |m: usize| -> Vec<f64> {
+            self.series(0, m).iter().zip(self.series(1, m)).map(|(l, r)| (l + r) / 2.0).collect()
+        };
+        MEASURES.iter().enumerate().map(|(m, name)| (*name, both(m))).filter(|(_, v)| !v.is_empty()).collect()
+    }
+}
+
+/// As `--fallback` says it.
+fn fallback_name(fallback: Fallback) -> &'static str {
+    match fallback {
+        Fallback::Black => "black",
+        Fallback::Probe => "probe",
+        Fallback::Environment => "environment",
+    }
+}
+
+/// The channels of the pixels that count.
+fn masked<'p>(values: &'p [[f32; 3]], mask: &'p [bool]) -> impl Iterator<Item = f64> + 'p {
+    values.iter().zip(mask).filter(|(_, m)| **m).flat_map(|(v, _)| v.map(f64::from))
+}
+
+/// Two references differ by twice the variance of one.
+fn variance_of_two(reference: &Reference, eye: usize, mask: &[bool]) -> f64 {
+    let values = |picture: &'_ StereoPicture| masked(&picture.eyes[eye], mask).collect::<Vec<_>>();
+    let (a, b) = (values(&reference.reflection), values(&reference.again[1]));
+    mean(&a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / 2.0).collect::<Vec<_>>()).unwrap_or(0.0)
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    crate::metrics::mean(values.iter().copied())
+}
+
+/// First quartile, median and third by name, over the rounds.
+fn quantiles(rounds: &[BTreeMap<String, f64>]) -> impl Iterator<Item = (String, [f64; 3])> {
+    let mut by_name: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (name, ms) in rounds.iter().flatten() {
+        by_name.entry(name.clone()).or_default().push(*ms);
+    }
+    by_name.into_iter().map(|(name, mut values)| {
+        values.sort_by(f64::total_cmp);
+        (name, ratios::quartiles(&values))
+    })
+}

@@ -1,0 +1,266 @@
+//! `compare.md`: the report as tables for people.
+
+use std::fmt::Write as _;
+
+use super::report::{Report, Row, SceneReport, Summary};
+
+/// Groups of passes in the order of a frame.
+const GROUPS: [&str; 7] = ["total", "trace_resolve", "trace", "resolve", "backface", "depth_pyramid", "classify"];
+
+/// The whole document. Definitions stand in `docs/compare.md`.
+pub fn markdown(report: &Report) -> String {
+    let mut out = String::from("# Error against run time\n\n");
+    let _ = writeln!(
+        out,
+        "{} ({}, {}) · {}×{} per eye · {} seeds · reference {} paths a pixel · FLIP at {} pixels per degree\n",
+        report.device.name,
+        report.device.kind,
+        report.device.driver,
+        report.width,
+        report.height,
+        report.seeds,
+        report.reference_spp,
+        report.pixels_per_degree
+    );
+    for scene in &report.scenes {
+        scene_section(&mut out, scene);
+    }
+    if report.scenes.len() > 1 {
+        summary(&mut out, &report.summary, report.scenes.len());
+    }
+    for failure in &report.failed {
+        let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
+    }
+    out
+}
+
+fn scene_section(out: &mut String, scene: &SceneReport) {
+    let _ = writeln!(out, "## {} ({})\n", scene.scene, scene.view);
+    let p = &scene.pairs;
+    let _ = writeln!(
+        out,
+        "{} of the pixels trace. The reference's own variance is {} (left) and {} (right). Of {} pairs by geometry {} \
+         are used; {} are left open by the reference's noise, {} differ in it. Of the used ones {} exceed 2 % in a \
+         reference with another seed.\n",
+        percent(Some(scene.reflective)),
+        short(Some(scene.reference.variance[0])),
+        short(Some(scene.reference.variance[1])),
+        p.candidates,
+        p.used,
+        percent(p.undecided),
+        percent(p.different),
+        percent(p.floor)
+    );
+    times(out, scene);
+    errors(out, scene);
+    inconsistency(out, scene);
+    let others = scene.results.iter().any(|r| r.method != scene.baseline);
+    if others {
+        equal_sample(out, scene);
+        equal_time(out, scene);
+        overhead(out, scene);
+    }
+}
+
+/// A table's head: names, then how they stand.
+fn head(out: &mut String, title: &str, names: &[&str], words: usize) {
+    let _ = writeln!(out, "### {title}\n");
+    row(out, names.iter().map(|n| (*n).to_owned()));
+    row(out, (0..names.len()).map(|i| if i < words { "---" } else { "---:" }.to_owned()));
+}
+
+fn row(out: &mut String, cells: impl Iterator<Item = String>) {
+    let _ = writeln!(out, "| {} |", cells.collect::<Vec<_>>().join(" | "));
+}
+
+/// `stereo@2`, with the fallback where the scene has two.
+fn label(scene: &SceneReport, method: &str, spp: u32, fallback: &str) -> String {
+    let two = scene.results.iter().any(|r| r.fallback != fallback);
+    if two { format!("{method}@{spp}, {fallback}") } else { format!("{method}@{spp}") }
+}
+
+fn row_label(scene: &SceneReport, r: &Row) -> String {
+    label(scene, &r.method, r.spp, &r.fallback)
+}
+
+fn times(out: &mut String, scene: &SceneReport) {
+    let names = ["method", "total", "trace + resolve", "trace", "resolve", "backface", "depth_pyramid", "classify"];
+    head(out, "Time of the reflections, ms: median over rounds, first to third quartile of the total", &names, 1);
+    for r in &scene.results {
+        let cell = |group: &&str| r.ms.get(*group).map_or_else(|| "–".to_owned(), |ms| format!("{ms:.2}"));
+        let quartiles = r.ms_quartiles.get("total").map(|q| format!(" ({:.2}–{:.2})", q[0], q[1])).unwrap_or_default();
+        let cells = GROUPS.iter().map(cell).enumerate();
+        let cells = cells.map(|(i, c)| if i == 0 { format!("{c}{quartiles}") } else { c });
+        row(out, std::iter::once(row_label(scene, r)).chain(cells));
+    }
+    out.push('\n');
+}
+
+fn errors(out: &mut String, scene: &SceneReport) {
+    let title = "Error against the reference, left / right eye; ± half the 95 % interval over seeds";
+    let names = ["method", "MSE", "RSE", "relMSE", "bias²", "variance", "SSIM", "SSIM, reflection", "FLIP"];
+    head(out, title, &names, 1);
+    for r in &scene.results {
+        let eyes = [&r.left, &r.right];
+        let both = |f: &dyn Fn(usize) -> String| format!("{} / {}", f(0), f(1));
+        let measured = |name: &str, print: &dyn Fn(Option<f64>) -> String| {
+            both(&|eye| {
+                let mean = print(eyes[eye].means.get(name).copied().flatten());
+                let half = eyes[eye].intervals.get(name).map(|i| (i[1] - i[0]) / 2.0);
+                half.map_or_else(|| mean.clone(), |h| format!("{mean} ± {}", print(Some(h))))
+            })
+        };
+        let cells = [
+            row_label(scene, r),
+            measured("mse", &short),
+            measured("rse", &short),
+            measured("relmse", &short),
+            both(&|eye| short(eyes[eye].bias2)),
+            both(&|eye| short(eyes[eye].variance)),
+            measured("ssim", &fixed),
+            measured("reflection_ssim", &fixed),
+            measured("flip", &fixed),
+        ];
+        row(out, cells.into_iter());
+    }
+    out.push('\n');
+}
+
+fn inconsistency(out: &mut String, scene: &SceneReport) {
+    let names = [
+        "method",
+        "systematic",
+        "raw > 2 %",
+        "by chance",
+        "RMS contrast",
+        "variance of L − R",
+        "relative",
+        "> 2 %",
+        "> 5 %",
+        "> 10 %",
+        "> 20 %",
+    ];
+    head(out, "Inconsistency between the eyes, shares of the pairs; single frames from `> 2 %` on", &names, 1);
+    for r in &scene.results {
+        let over = |percents: u32| percent(r.noise_over.as_ref().and_then(|n| n.get(&percents).copied()));
+        let s = r.systematic;
+        let cells = [
+            row_label(scene, r),
+            percent(r.systematic_inconsistency),
+            percent(s.map(|s| s.raw)),
+            percent(s.map(|s| s.by_chance)),
+            percent(s.map(|s| s.rms)),
+            short(r.noise_variance),
+            short(r.noise_variance_relative),
+            over(2),
+            over(5),
+            over(10),
+            over(20),
+        ];
+        row(out, cells.into_iter());
+    }
+    out.push('\n');
+}
+
+fn equal_sample(out: &mut String, scene: &SceneReport) {
+    let title = format!("Equal samples: over `{}` with as many, 95 % interval over seeds", scene.baseline);
+    let names =
+        ["method", "MSE", "1 − SSIM", "1 − SSIM, reflection", "FLIP", "bias²", "variance", "systematic", "noise"];
+    let measures = [
+        "mse",
+        "one_minus_ssim",
+        "one_minus_reflection_ssim",
+        "flip",
+        "bias2",
+        "variance",
+        "systematic_inconsistency",
+        "noise_variance",
+    ];
+    head(out, &title, &names, 1);
+    for r in scene.results.iter().filter(|r| r.method != scene.baseline) {
+        let cell = |measure: &&str| {
+            let same = |q: &&super::report::Ratio| {
+                (&q.method, q.spp, &q.fallback, q.measure) == (&r.method, r.spp, &r.fallback, *measure)
+            };
+            scene.equal_sample.iter().find(same).map_or_else(|| "–".to_owned(), |q| ratio(q.ratio, q.interval))
+        };
+        row(out, std::iter::once(row_label(scene, r)).chain(measures.iter().map(cell)));
+    }
+    out.push('\n');
+}
+
+fn equal_time(out: &mut String, scene: &SceneReport) {
+    if scene.equal_time.is_empty() {
+        let _ = writeln!(
+            out,
+            "No equal-time table: `{}` was measured with fewer than two sample counts (`--spp 1,2,4`).\n",
+            scene.baseline
+        );
+        return;
+    }
+    let title = format!("Equal time: MSE over that of `{}` at the same reflection time", scene.baseline);
+    head(out, &title, &["method", "ms", "MSE", "baseline's MSE", "ratio"], 1);
+    for e in &scene.equal_time {
+        let mark = if e.extrapolated { " (extrapolated)" } else { "" };
+        let cells = [
+            label(scene, &e.method, e.spp, &e.fallback),
+            format!("{:.2}", e.ms),
+            short(Some(e.mse)),
+            short(Some(e.baseline_mse)),
+            format!("{:.3}{mark}", e.ratio),
+        ];
+        row(out, cells.into_iter());
+    }
+    out.push('\n');
+}
+
+fn overhead(out: &mut String, scene: &SceneReport) {
+    let title =
+        format!("Time over `{}` with as many samples: median of the rounds' ratios and quartiles", scene.baseline);
+    let names = ["method", "total", "trace + resolve", "trace", "resolve", "backface", "depth_pyramid", "classify"];
+    head(out, &title, &names, 1);
+    for r in scene.results.iter().filter(|r| r.method != scene.baseline) {
+        let cell = |group: &&str| {
+            let same = |o: &&super::report::Overhead| {
+                (&o.method, o.spp, &o.fallback, o.group.as_str()) == (&r.method, r.spp, &r.fallback, *group)
+            };
+            scene.overhead.iter().find(same).map_or_else(|| "–".to_owned(), |o| ratio(o.median, Some(o.quartiles)))
+        };
+        row(out, std::iter::once(row_label(scene, r)).chain(GROUPS.iter().map(cell)));
+    }
+    out.push('\n');
+}
+
+fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
+    let _ = writeln!(out, "## All {scenes} scenes\n");
+    let title = "Geometric means of the ratios, 95 % interval over scenes";
+    head(out, title, &["method", "fallback", "measure", "geomean", "worst scene", "scenes"], 3);
+    for s in summary {
+        let cells = [
+            format!("{}@{}", s.method, s.spp),
+            s.fallback.clone(),
+            s.measure.clone(),
+            ratio(s.geomean, s.interval),
+            format!("{:.3}", s.worst),
+            s.scenes.to_string(),
+        ];
+        row(out, cells.into_iter());
+    }
+    out.push('\n');
+}
+
+fn ratio(value: f64, interval: Option<[f64; 2]>) -> String {
+    interval.map_or_else(|| format!("{value:.3}"), |i| format!("{value:.3} ({:.3}–{:.3})", i[0], i[1]))
+}
+
+fn short(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.3e}"))
+}
+
+fn fixed(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.4}"))
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "–".to_owned(), |s| format!("{:.1} %", 100.0 * s))
+}

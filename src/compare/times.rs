@@ -1,0 +1,57 @@
+//! A frame's time in the groups that are reported.
+
+use std::collections::BTreeMap;
+
+use crate::gpu::PassTime;
+
+/// Passes that every method has alike, reflections or not.
+const SHARED: [&str; 3] = ["gbuffer", "lighting", "composite"];
+
+/// Milliseconds by group: `total` is all reflection work, `trace` and `resolve` hold every stage of theirs,
+/// `trace_resolve` both; the other passes stand under their names.
+pub type Groups = BTreeMap<String, f64>;
+
+/// Sums a frame's passes.
+pub fn groups(passes: &[PassTime]) -> Groups {
+    let mut sums: Groups = ["total", "trace", "resolve", "trace_resolve"].map(|g| (g.to_owned(), 0.0)).into();
+    for pass in passes.iter().filter(|p| !SHARED.contains(&p.name.as_str())) {
+        let group = match pass.name.as_str() {
+            name if name.starts_with("trace") || name.starts_with("path_") => "trace",
+            name if name.starts_with("resolve") || name == "reproject" => "resolve",
+            name => name,
+        };
+        let mut add = |group: &str| *sums.entry(group.to_owned()).or_default() += pass.ms;
+        add("total");
+        add(group);
+        if ["trace", "resolve"].contains(&group) {
+            add("trace_resolve");
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_summed_and_shared_passes_left_out() {
+        let passes = [
+            ("gbuffer", 100.0),
+            ("backface", 1.0),
+            ("lighting", 100.0),
+            ("classify", 2.0),
+            ("depth_pyramid", 4.0),
+            ("trace", 8.0),
+            ("trace_other_eye", 16.0),
+            ("resolve", 32.0),
+            ("reproject", 64.0),
+            ("composite", 100.0),
+        ];
+        let found = groups(&passes.map(|(name, ms)| PassTime { name: name.to_owned(), ms }));
+        assert_eq!(found["total"], 127.0);
+        assert_eq!((found["trace"], found["resolve"], found["trace_resolve"]), (24.0, 96.0, 120.0));
+        assert_eq!((found["backface"], found["depth_pyramid"], found["classify"]), (1.0, 4.0, 2.0));
+        assert!(!found.contains_key("trace_other_eye") && !found.contains_key("gbuffer"));
+    }
+}

@@ -1,0 +1,67 @@
+//! Squared errors over the pixels of a mask, all three channels together.
+
+use serde::Serialize;
+
+/// How far a picture x is from its reference y.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Errors {
+    /// Mean of (x − y)²: linear radiance squared.
+    pub mse: f64,
+    /// Σ(x − y)² / Σ(y − ȳ)²: 1 is what the reference's mean colour would score. `None`: the reference is constant.
+    pub rse: Option<f64>,
+    /// Mean of (x − y)² / (y² + ε), ε = (0.01·ȳ)². `None`: the reference is black.
+    pub relmse: Option<f64>,
+}
+
+/// Errors of `x` against the reference `y` where `mask` holds; `None` where it never does.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn errors(x: &[[f32; 3]], y: &[[f32; 3]], mask: &[bool]) -> Option<Errors> {
+    assert!(x.len() == y.len() && y.len() == mask.len(), "one value a pixel");
+    let masked = || x.iter().zip(y).zip(mask).filter(|(_, m)| **m).map(|(pair, _)| pair);
+    let values = || masked().flat_map(|(x, y)| (0..3).map(|c| (f64::from(x[c]), f64::from(y[c]))));
+    let n = 3.0 * masked().count() as f64;
+    if n == 0.0 {
+        return None;
+    }
+    let mean = values().map(|(_, y)| y).sum::<f64>() / n;
+    let epsilon = (0.01 * mean).powi(2);
+    let (mut squares, mut spread, mut relative) = (0.0, 0.0, 0.0);
+    for (x, y) in values() {
+        let square = (x - y).powi(2);
+        squares += square;
+        spread += (y - mean).powi(2);
+        relative += square / (y * y + epsilon);
+    }
+    Some(Errors {
+        mse: squares / n,
+        rse: (spread > 0.0).then(|| squares / spread),
+        relmse: (epsilon > 0.0).then(|| relative / n),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_case_by_hand() {
+        // y = 0, 0, 0, 2, 2, 2 (mean 1) and x = y + 1 in one channel of each pixel; the third pixel is masked out.
+        let y = [[0.0; 3], [2.0; 3], [9.0; 3]];
+        let x = [[1.0, 0.0, 0.0], [3.0, 2.0, 2.0], [0.0; 3]];
+        let e = errors(&x, &y, &[true, true, false]).expect("a mask");
+        assert!((e.mse - 2.0 / 6.0).abs() < 1e-15);
+        assert!((e.rse.expect("it varies") - 2.0 / 6.0).abs() < 1e-15);
+        // ε = 1e-4: (1/1e-4 + 1/4.0001)/6
+        assert!((e.relmse.expect("light") - (1e4 + 1.0 / 4.0001) / 6.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_undefined_is_none() {
+        assert_eq!(errors(&[[1.0; 3]], &[[1.0; 3]], &[false]), None);
+        let constant = errors(&[[1.0; 3]; 2], &[[3.0; 3]; 2], &[true; 2]).expect("a mask");
+        assert_eq!((constant.mse, constant.rse), (4.0, None));
+        assert_eq!(errors(&[[1.0; 3]], &[[0.0; 3]], &[true]).expect("a mask").relmse, None);
+    }
+}

@@ -1,0 +1,209 @@
+//! Stereo consistency over chosen pairs of pixels: what stays different between the eyes, and what only flickers.
+//!
+//! With L and R the luminances of a pair, the Weber contrast is |L − R| / max((L + R)/2, ε). *Systematic*
+//! inconsistency is that of the mean over seeds: missing geometry and fades. *Noise* inconsistency is the spread of
+//! L − R over seeds, and the contrast within single frames.
+
+use cyclopean_analysis::special::student_upper;
+use serde::Serialize;
+
+use super::luminance;
+use super::pairs::{MATCH, Pairs};
+
+/// Contrasts whose shares are counted in single frames.
+pub const THRESHOLDS: [f64; 4] = [0.02, 0.05, 0.10, 0.20];
+
+/// Luminances of the pairs over the frames of one method.
+#[derive(Debug, Clone)]
+pub struct Consistency<'a> {
+    pairs: &'a Pairs,
+    frames: u32,
+    /// Running means of L and R.
+    mean: Vec<[f64; 2]>,
+    /// Running Σ(D − mean D)², D = L − R.
+    squares: Vec<f64>,
+    /// Pairs beyond each threshold, summed over frames.
+    beyond: [u64; THRESHOLDS.len()],
+}
+
+/// What was found; shares are of the pairs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Inconsistency {
+    /// The share of pairs with a lasting contrast above 2 %, noise allowed for; see [`Systematic::share`].
+    pub systematic: Option<Systematic>,
+    /// Mean over pairs of the variance of L − R over seeds, luminance². `None` below two frames.
+    pub noise_variance: Option<f64>,
+    /// The same with each pair's variance over its squared mean luminance.
+    pub noise_variance_relative: Option<f64>,
+    /// Shares of pairs beyond 2, 5, 10 and 20 % in single frames.
+    pub noise_over: [f64; THRESHOLDS.len()],
+}
+
+/// Contrast of the means over n seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Systematic {
+    /// Estimate of the share π of pairs that differ whatever the seed: (`raw` − `by_chance`) / (1 − `by_chance`),
+    /// not below 0 (Storey 2002 with a threshold per pair). Noise alone estimates 0. Where a true difference can hide
+    /// under the threshold this is a lower bound.
+    pub share: f64,
+    /// Share of pairs whose means differ by more than 2 %, what is left of the noise included.
+    pub raw: f64,
+    /// The share that noise alone would bring beyond 2 %: mean over pairs of P(|t| > 2 %·base / (s/√n)), t with n − 1
+    /// degrees of freedom.
+    pub by_chance: f64,
+    /// Root of the mean squared Weber contrast of the means, s²/n of each pair subtracted: unbiased before the root.
+    pub rms: f64,
+}
+
+impl<'a> Consistency<'a> {
+    pub fn new(pairs: &'a Pairs) -> Consistency<'a> {
+        let n = pairs.pairs.len();
+        Consistency { pairs, frames: 0, mean: vec![[0.0; 2]; n], squares: vec![0.0; n], beyond: [0; THRESHOLDS.len()] }
+    }
+
+    /// Adds a frame: the linear composite of both eyes.
+    pub fn add(&mut self, eyes: [&[[f32; 3]]; 2]) {
+        self.frames += 1;
+        let n = f64::from(self.frames);
+        for ((pair, mean), squares) in self.pairs.pairs.iter().zip(&mut self.mean).zip(&mut self.squares) {
+            let seen = [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]));
+            let off = (seen[0] - seen[1]) - (mean[0] - mean[1]);
+            for (m, l) in mean.iter_mut().zip(seen) {
+                *m += (l - *m) / n;
+            }
+            *squares += off * ((seen[0] - seen[1]) - (mean[0] - mean[1]));
+            let contrast = weber(seen, self.pairs.epsilon);
+            for (count, threshold) in self.beyond.iter_mut().zip(THRESHOLDS) {
+                *count += u64::from(contrast > threshold);
+            }
+        }
+    }
+
+    /// What the frames so far show; `None` without pairs or frames.
+    pub fn found(&self) -> Option<Inconsistency> {
+        if self.mean.is_empty() || self.frames == 0 {
+            return None;
+        }
+        let (n, pairs) = (f64::from(self.frames), self.mean.len() as f64);
+        let noise_over = self.beyond.map(|b| b as f64 / (n * pairs));
+        if self.frames < 2 {
+            return Some(Inconsistency {
+                systematic: None,
+                noise_variance: None,
+                noise_variance_relative: None,
+                noise_over,
+            });
+        }
+        let (mut raw, mut by_chance, mut square) = (0.0, 0.0, 0.0);
+        let (mut variance, mut relative) = (0.0, 0.0);
+        for (mean, squares) in self.mean.iter().zip(&self.squares) {
+            let base = base(*mean, self.pairs.epsilon);
+            let s2 = squares / (n - 1.0);
+            let error = (s2 / n).sqrt();
+            let contrast = (mean[0] - mean[1]) / base;
+            raw += f64::from(u8::from(contrast.abs() > MATCH));
+            // Nothing happens by chance where nothing varies.
+            by_chance += if error > 0.0 { 2.0 * student_upper(MATCH * base / error, n - 1.0) } else { 0.0 };
+            square += contrast * contrast - (error / base).powi(2);
+            variance += s2;
+            relative += s2 / (base * base);
+        }
+        let (raw, by_chance) = (raw / pairs, by_chance / pairs);
+        let share = if by_chance < 1.0 { ((raw - by_chance) / (1.0 - by_chance)).max(0.0) } else { 0.0 };
+        let rms = (square / pairs).max(0.0).sqrt();
+        Some(Inconsistency {
+            systematic: Some(Systematic { share, raw, by_chance, rms }),
+            noise_variance: Some(variance / pairs),
+            noise_variance_relative: Some(relative / pairs),
+            noise_over,
+        })
+    }
+}
+
+/// Share of pairs beyond [`MATCH`] in one picture without regard to noise: of the reference with another seed it is
+/// the floor of every method's raw share.
+pub fn share_beyond(pairs: &Pairs, eyes: [&[[f32; 3]]; 2]) -> Option<f64> {
+    super::mean(pairs.pairs.iter().map(|pair| {
+        let seen = [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]));
+        f64::from(u8::from(weber(seen, pairs.epsilon) > MATCH))
+    }))
+}
+
+fn base([l, r]: [f64; 2], epsilon: f64) -> f64 {
+    ((l + r) / 2.0).max(epsilon)
+}
+
+fn weber(seen: [f64; 2], epsilon: f64) -> f64 {
+    (seen[0] - seen[1]).abs() / base(seen, epsilon)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cyclopean_analysis::chance::Stream;
+
+    const N: u32 = 20_000;
+
+    fn pairs() -> Pairs {
+        let pairs = (0..N).map(|i| [i, i]).collect();
+        Pairs { candidates: N.into(), undecided: 0, different: 0, epsilon: 0.01, pairs }
+    }
+
+    /// Luminance 1 with normal noise of this spread; the first `share` of the pairs differ by `contrast`.
+    fn found(frames: u32, noise: f64, share: f64, contrast: f64) -> Inconsistency {
+        let pairs = pairs();
+        let mut stream = Stream::new(5, 2);
+        let mut consistency = Consistency::new(&pairs);
+        for _ in 0..frames {
+            let mut eye = |offset: f64| -> Vec<[f32; 3]> {
+                (0..N)
+                    .map(|i| {
+                        let differs = f64::from(u8::from(f64::from(i) < share * f64::from(N)));
+                        [(1.0 + offset * differs + noise * stream.normal()) as f32; 3]
+                    })
+                    .collect()
+            };
+            let (left, right) = (eye(contrast / 2.0), eye(-contrast / 2.0));
+            consistency.add([&left, &right]);
+        }
+        consistency.found().expect("pairs and frames")
+    }
+
+    #[test]
+    fn noise_alone_is_no_systematic_difference() {
+        for (frames, noise) in [(16, 0.02), (16, 0.1), (64, 0.3)] {
+            let s = found(frames, noise, 0.0, 0.0).systematic.expect("frames");
+            assert!((s.raw - s.by_chance).abs() < 0.02, "{s:?}");
+            assert!(s.share < 0.05, "{s:?}");
+        }
+    }
+
+    #[test]
+    fn what_differs_is_found_under_noise() {
+        for noise in [0.0, 0.02, 0.1] {
+            let s = found(16, noise, 0.3, 0.25).systematic.expect("frames");
+            assert!((s.share - 0.3).abs() < 0.03, "noise {noise}: {s:?}");
+            // √(0.3 · 0.25²)
+            assert!((s.rms - 0.1369).abs() < 0.003, "noise {noise}: {s:?}");
+        }
+        assert!(found(16, 0.1, 0.3, 0.25).systematic.expect("frames").raw > 0.5);
+    }
+
+    #[test]
+    fn noise_is_measured() {
+        let f = found(16, 0.1, 0.0, 0.0);
+        assert!((f.noise_variance.expect("frames") - 0.02).abs() < 4e-4, "{f:?}");
+        assert!((f.noise_variance_relative.expect("frames") - 0.02).abs() < 1e-3, "{f:?}");
+        // |D| > 2 % of a difference with σ = 0.1·√2: 2·(1 − Φ(0.1414)) = 0.8875; > 20 %: 2·(1 − Φ(1.414)) = 0.1573.
+        assert!((f.noise_over[0] - 0.8875).abs() < 0.01, "{f:?}");
+        assert!((f.noise_over[3] - 0.1573).abs() < 0.01, "{f:?}");
+    }
+
+    #[test]
+    fn one_frame_or_no_pair_says_little() {
+        let one = found(1, 0.1, 0.0, 0.0);
+        assert_eq!((one.systematic, one.noise_variance), (None, None));
+        let none = Pairs { pairs: Vec::new(), ..pairs() };
+        assert!(Consistency::new(&none).found().is_none());
+    }
+}

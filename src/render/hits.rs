@@ -1,0 +1,55 @@
+//! How the rays of the last sample ended, read back: to compare traversals, not for pictures.
+
+use std::rc::Rc;
+
+use crate::gpu::{Gpu, GpuError, Image};
+use crate::scene::Eye;
+
+use super::context::read_image;
+
+/// Twin of the words in `shaders/common/hit.glsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The pixel traced no ray, or its sample fell below the horizon.
+    Nothing,
+    Hit,
+    /// Reached infinity inside a view, never behind anything.
+    Sky,
+    /// Left the view, went behind something, met a back face, or ran out of steps.
+    Unknown,
+}
+
+/// One ray's end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayEnd {
+    pub end: End,
+    /// In whose image it was found.
+    pub eye: Eye,
+    /// Of the hit in that image, 0–1 from the top left.
+    pub uv: [f32; 2],
+    /// Along the ray, metres, to a part in 4096.
+    pub distance_m: f32,
+    /// 0–1: what the fade left of it.
+    pub confidence: f32,
+}
+
+/// Every pixel of both eyes, row by row.
+pub(super) fn read(gpu: &Rc<Gpu>, hits: &Image) -> Result<[Vec<RayEnd>; 2], GpuError> {
+    let bytes = read_image(gpu, hits)?;
+    let ends: Vec<RayEnd> = bytes
+        .chunks_exact(16)
+        .map(|t| decode([0, 4, 8].map(|i| u32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]]))))
+        .collect();
+    let (left, right) = ends.split_at(ends.len() / 2);
+    Ok([left.to_vec(), right.to_vec()])
+}
+
+fn decode([uv, _direction, how]: [u32; 3]) -> RayEnd {
+    RayEnd {
+        end: [End::Nothing, End::Hit, End::Sky, End::Unknown][(how & 3) as usize],
+        eye: Eye::BOTH[(how >> 2 & 1) as usize],
+        uv: [(uv & 0xffff) as f32 / 65535.0, (uv >> 16) as f32 / 65535.0],
+        distance_m: f32::from_bits(how & !0x7ff),
+        confidence: (how >> 3 & 0xff) as f32 / 255.0,
+    }
+}

@@ -1,0 +1,39 @@
+//! What a picture follows from, as one hash: equal hashes promise equal pictures on one driver.
+
+use sha2::{Digest, Sha256};
+
+use crate::scene::{Eye, Scene, StereoCamera};
+
+use super::{Method, Settings, shaders};
+
+/// SHA-256 (hex) over scene bytes, shaders, method and samples, both eyes' cameras, settings, renderer version and kind
+/// of device.
+///
+/// # Errors
+/// A number that JSON does not know.
+pub fn identity(
+    scene: &Scene,
+    camera: &StereoCamera,
+    method: &Method,
+    settings: &Settings,
+    device_kind: &str,
+) -> Result<String, serde_json::Error> {
+    let eyes = Eye::BOTH.map(|eye| {
+        let e = camera.eye(eye);
+        let fov = [e.fov.left_rad, e.fov.right_rad, e.fov.up_rad, e.fov.down_rad];
+        serde_json::json!({ "position": e.position.to_array(), "rotation": e.world_from_view.to_array(), "fov": fov,
+                            "near_m": e.near_m })
+    });
+    let identity = serde_json::json!({
+        "scene": scene.content_sha256,
+        "shaders": shaders::digest(),
+        "method": method.to_string(),
+        "samples": method.samples(),
+        "eyes": eyes,
+        "settings": settings,
+        "renderer": env!("CARGO_PKG_VERSION"),
+        "device_kind": device_kind,
+    });
+    let digest = Sha256::digest(serde_json::to_vec(&identity)?);
+    Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
+}

@@ -1,0 +1,58 @@
+//! Pass 6 of the reference's real-time relative: its rays, for the screen-space methods' filter.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+
+use super::bvh::RayScene;
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::SceneResources;
+
+/// See `shaders/path_rays.comp`.
+pub struct PathRaysPass {
+    pass: ComputePass,
+}
+
+impl PathRaysPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<PathRaysPass, GpuError> {
+        let words = shaders::PATH_RAYS_COMP.words();
+        Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &[u32::from(needs.mask)])? })
+    }
+
+    /// Traces sample `sample` of every listed pixel.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        rays: &RayScene,
+        context: &Context,
+        targets: &Targets,
+        sample: u32,
+    ) -> Result<(), GpuError> {
+        let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
+        let Some(ray_radiance) = &out.ray_radiance else { return Ok(()) };
+        frame
+            .compute(&self.pass)
+            .uniform(&context.frame)
+            .read_buffer(&list.rays)
+            .read_buffer(&list.arguments)
+            .write_buffer(&context.counters)
+            .read_buffer(&context.lights)
+            .with(|chain| rays.bind(chain, resources, context))
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .with(|chain| resources.environment.bind(chain, context))
+            .write(&out.hits)
+            .write(ray_radiance)
+            .constants(&sample)
+            .dispatch_indirect(&list.arguments, 0)
+    }
+}

@@ -1,0 +1,236 @@
+//! `cyclopean compare` through the real program: what it writes, what it keeps, what it says when it cannot.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use cyclopean::picture::{Part, StereoPicture, write_exr};
+use serde_json::Value;
+
+fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("CYCLOPEAN_VALIDATION", "1")
+        .env("XDG_CACHE_HOME", folder.join("cache"))
+        .output()
+        .expect("the program starts")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(bytes: &[u8]) -> Value {
+    serde_json::from_slice(bytes).expect("one JSON object")
+}
+
+/// A pattern of this size; the right eye is the left one, moved.
+fn picture(width: u32, height: u32, offset: f32) -> StereoPicture {
+    let eye = |shift: u32| -> Vec<[f32; 3]> {
+        let at = |i: u32| ((i % width + shift) as f32, (i / width) as f32);
+        (0..width * height)
+            .map(|i| [0.0, 1.0, 2.0].map(|c| offset + (at(i).0 * 0.3 + at(i).1 * 0.2 + c).sin().abs()))
+            .collect()
+    };
+    StereoPicture { width, height, eyes: [eye(0), eye(3)] }
+}
+
+fn write(folder: &Path, name: &str, color: &StereoPicture, reflection: Option<&StereoPicture>) {
+    let mut parts = vec![Part { layer: "", picture: color }];
+    parts.extend(reflection.map(|picture| Part { layer: "reflection", picture }));
+    write_exr(&folder.join(name), &parts).expect("written");
+}
+
+#[test]
+fn two_pictures_are_compared_without_a_gpu() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (a, b) = (picture(24, 16, 0.0), picture(24, 16, 0.1));
+    write(folder.path(), "a.exr", &a, Some(&a));
+    write(folder.path(), "b.exr", &b, Some(&b));
+    let done = cyclopean(folder.path(), &["compare", "a.exr", "b.exr", "--json"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let report = json(&done.stdout);
+    assert_eq!((&report["width"], &report["height"]), (&24.into(), &16.into()));
+    for eye in ["left", "right"] {
+        for layer in ["composite", "reflection"] {
+            let scores = &report[eye][layer];
+            let mse = scores["mse"].as_f64().expect("a number");
+            assert!((mse - 0.01).abs() < 1e-6, "{eye} {layer}: {mse}");
+            for key in ["rse", "relmse", "ssim", "flip"] {
+                assert!(scores[key].as_f64().is_some_and(|v| v > 0.0), "{eye} {layer} {key}: {scores}");
+            }
+        }
+    }
+    let same = cyclopean(folder.path(), &["compare", "a.exr", "a.exr", "--json"]);
+    let scores = &json(&same.stdout)["left"]["composite"];
+    assert_eq!((&scores["mse"], &scores["flip"]), (&0.0.into(), &0.0.into()));
+    assert!((scores["ssim"].as_f64().expect("a number") - 1.0).abs() < 1e-12);
+
+    // A file of another program has no reflection layer.
+    write(folder.path(), "plain.exr", &b, None);
+    let done = cyclopean(folder.path(), &["compare", "a.exr", "plain.exr"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert!(said.contains("left composite") && !said.contains("reflection"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_said() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(folder.path(), "a.exr", &picture(24, 16, 0.0), None);
+    write(folder.path(), "small.exr", &picture(12, 16, 0.0), None);
+    std::fs::write(folder.path().join("broken.exr"), b"no picture").expect("written");
+    for (arguments, code, said) in [
+        (vec!["compare", "a.exr"], 2, "two pictures are compared"),
+        (vec!["compare", "a.exr", "room"], 2, "two pictures are compared"),
+        (vec!["compare", "a.exr", "a.exr", "a.exr"], 2, "two pictures are compared"),
+        (vec!["compare", "a.exr", "small.exr"], 2, "a.exr has 24×16 pixels an eye and small.exr has 12×16"),
+        (vec!["compare", "a.exr", "a.exr", "--pixels-per-degree", "0"], 2, "--pixels-per-degree 0 is not above 0"),
+        (vec!["compare", "a.exr", "a.exr", "--exposure", "nan"], 2, "--exposure NaN is not above 0"),
+        (vec!["compare", "a.exr", "broken.exr"], 1, "broken.exr"),
+        (vec!["compare", "a.exr", "missing.exr"], 1, "missing.exr"),
+        (vec!["compare"], 2, "SCENE"),
+    ] {
+        let done = cyclopean(folder.path(), &arguments);
+        assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", stderr(&done));
+        assert!(stderr(&done).contains(said), "{arguments:?}: {}", stderr(&done));
+        assert!(done.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+#[test]
+fn a_build_that_renders_nothing_says_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let done = cyclopean(folder.path(), &["compare", "room"]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(stderr(&done).contains("renders nothing"), "{}", stderr(&done));
+}
+
+#[cfg(feature = "gpu")]
+mod scenes {
+    use super::*;
+
+    const SMALL: [&str; 8] = ["--size", "64x36", "--seeds", "3", "--reference-spp", "16", "--cache", "kept"];
+
+    fn compare(folder: &Path, scenes: &[&str], more: &[&str]) -> Output {
+        let arguments = [&["compare"], scenes, &SMALL, more].concat();
+        cyclopean(folder, &arguments)
+    }
+
+    fn number(value: &Value) -> f64 {
+        value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    }
+
+    #[test]
+    fn a_scene_gives_json_tables_and_a_plot() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let more =
+            ["--spp", "1,2", "--fallback", "both", "--methods", "sssr,stereo,path-traced@2", "--json", "-o", "o"];
+        // The second scene fails; the first is written all the same.
+        let done = compare(folder.path(), &["room", "nowhere"], &more);
+        assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
+        assert!(stderr(&done).contains("1 of 2 scenes failed: nowhere: unknown scene"), "{}", stderr(&done));
+        let out = folder.path().join("o");
+        let read = |name: &str| std::fs::read(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let report = json(&read("compare.json"));
+        assert_eq!(report, json(&done.stdout));
+        assert_eq!((&report["width"], &report["height"]), (&64.into(), &36.into()));
+        assert!(report["device"]["name"].is_string());
+        assert_eq!(report["failed"][0]["scene"], "nowhere");
+        let scene = &report["scenes"][0];
+        assert_eq!(scene["scene"], "room");
+        let fallback = scene["results"].as_array().expect("rows").iter().filter(|r| r["fallback"] == "black").count();
+        assert_eq!(fallback, 5, "sssr and stereo at 1 and 2, path-traced at 2");
+        for row in scene["results"].as_array().expect("rows") {
+            let name = format!("{}@{}", row["method"], row["spp"]);
+            assert_eq!(row["seeds"], 3, "{name}");
+            let ms = |group: &str| number(&row["ms"][group]);
+            assert!(ms("total") > 0.0 && ms("total") >= ms("trace_resolve"), "{name}: {}", row["ms"]);
+            assert!(ms("trace") > 0.0, "{name}");
+            for eye in ["left", "right"] {
+                for key in ["rse", "relmse", "mse", "variance", "ssim", "flip", "reflection_ssim", "reflection_flip"] {
+                    assert!(number(&row[eye][key]) > 0.0, "{name} {eye} {key}: {}", row[eye]);
+                }
+                let [low, high] = [0, 1].map(|i| number(&row[eye]["intervals"]["mse"][i]));
+                assert!(low < number(&row[eye]["mse"]) && number(&row[eye]["mse"]) < high, "{name} {eye}");
+                // bias² + variance is the mean squared error.
+                let parts = number(&row[eye]["bias2"]) + number(&row[eye]["variance"]);
+                assert!((parts / number(&row[eye]["mse"]) - 1.0).abs() < 1e-4, "{name} {eye}: {parts}");
+            }
+            assert!((0.0..=1.0).contains(&number(&row["systematic_inconsistency"])), "{name}");
+            assert!(number(&row["noise_variance"]) >= 0.0, "{name}");
+            let over = |percent: &str| number(&row["noise_over"][percent]);
+            assert!(over("2") >= over("5") && over("5") >= over("10") && over("10") >= over("20"), "{name}");
+        }
+        assert!(number(&scene["pairs"]["used"]) > 20.0, "{}", scene["pairs"]);
+        assert!((0.0..1.0).contains(&number(&scene["pairs"]["floor"])));
+        let ratio = |list: &str, key: &str, value: &str| {
+            let all = scene[list].as_array().expect("a list").iter();
+            all.filter(|r| r["method"] == "stereo" && r[key] == value).count()
+        };
+        assert!(ratio("equal_sample", "measure", "mse") >= 2);
+        assert!(ratio("overhead", "group", "total") >= 2);
+        assert!(ratio("equal_time", "fallback", "black") == 2);
+        let plots: Vec<String> = std::fs::read_dir(&out)
+            .expect("the folder")
+            .flatten()
+            .map(|e| e.file_name().to_string_lossy().into_owned())
+            .filter(|n| n.ends_with(".svg"))
+            .collect();
+        assert!(!plots.is_empty());
+        for plot in plots {
+            let svg = String::from_utf8(read(&plot)).expect("UTF-8");
+            assert!(svg.starts_with("<svg") && svg.contains(">stereo</text>") && !svg.contains("NaN"), "{plot}");
+        }
+        let tables = String::from_utf8(read("compare.md")).expect("UTF-8");
+        assert!(tables.contains("Equal time") && tables.contains("**nowhere failed:**"), "{tables}");
+        // What `mos report --metrics` takes from it.
+        let metrics = cyclopean_analysis::report::metrics_from_compare(&out.join("compare.json")).expect("understood");
+        assert!(metrics.iter().any(|m| m.scene == "room" && m.method == "stereo"));
+    }
+
+    #[test]
+    fn a_reference_is_kept_verified_and_made_again_when_damaged() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let run = |out: &str| {
+            let done = compare(folder.path(), &["room"], &["--spp", "1", "--methods", "sssr", "-o", out, "--json"]);
+            assert!(done.status.success(), "{}", stderr(&done));
+            let report = json(&done.stdout);
+            (stderr(&done), report["scenes"][0].clone())
+        };
+        let (said, first) = run("a");
+        assert!(said.contains("reference:"), "{said}");
+        let kept = folder.path().join("kept").join(first["reference"]["key"].as_str().expect("a key"));
+        let (said, second) = run("b");
+        assert!(!said.contains("reference:"), "it is not made twice: {said}");
+        assert_eq!(first["pairs"], second["pairs"]);
+        let errors = |scene: &Value| scene["results"][0]["left"].clone();
+        assert_eq!(errors(&first), errors(&second), "the same seeds give the same errors");
+
+        let exr = kept.join("reference.exr");
+        let mut bytes = std::fs::read(&exr).expect("read");
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&exr, bytes).expect("written");
+        let (said, third) = run("c");
+        assert!(said.contains("reference.exr is not what was written; it is made again"), "{said}");
+        assert_eq!(errors(&first), errors(&third));
+    }
+
+    #[test]
+    fn wrong_usage_is_two() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for (arguments, said) in [
+            (vec!["compare", "room", "--methods", "magic"], "unknown method `magic`"),
+            (vec!["compare", "room", "--seeds", "1"], "2..=100000"),
+            (vec!["compare", "room", "--spp", "0"], "1..=65536"),
+            (vec!["compare", "room", "--edge-fade", "0.7"], "outside 0 to 0.5"),
+            (vec!["compare", "room", "--exposure", "2"], "a scene says its own"),
+        ] {
+            let done = cyclopean(folder.path(), &arguments);
+            assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", stderr(&done));
+            assert!(stderr(&done).contains(said), "{arguments:?}: {}", stderr(&done));
+        }
+    }
+}
