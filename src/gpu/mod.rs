@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows of scenes or reflections. One queue, one thread: owners are `Rc`, tracked state is `Cell`.
 
+mod acceleration;
 mod access;
 mod buffer;
 mod context;
@@ -12,6 +13,7 @@ mod pass;
 mod raster;
 mod texture;
 
+pub use acceleration::{AccelerationStructure, Placed, Triangles};
 pub use access::Use;
 pub use buffer::Buffer;
 pub use context::{DeviceInfo, Gpu, GpuOptions};

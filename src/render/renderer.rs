@@ -54,6 +54,8 @@ pub struct Rendered {
     pub left_out: Vec<Part>,
     /// Rays or paths a pixel.
     pub samples: u32,
+    /// How rays through the geometry found what they hit: `bvh` or `ray-query`.
+    pub way: Option<&'static str>,
 }
 
 /// What to render.
@@ -118,8 +120,10 @@ impl Renderer {
         let table = self.brdf_table(settings.delta_roughness)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
-        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
-            let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
+        let fits = |r: &RayScene| r.head == context.head && r.answers(&self.gpu, settings.trace);
+        if asks_geometry && !self.rays.as_deref().is_some_and(fits) {
+            let ranges = &self.resources.ranges;
+            let rays = RayScene::new(&self.gpu, &self.scene, ranges, context.head, settings.trace)?;
             if rays.halvings > 0 {
                 tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
             }
@@ -179,6 +183,7 @@ impl Renderer {
             parts: prepared.needs().parts().to_vec(),
             left_out: prepared.needs().left_out(),
             samples: method.samples(),
+            way: prepared.way(),
         };
         // After the last submission, so that a message about the reading counts too.
         self.gpu.check_validation()?;
