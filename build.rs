@@ -4,6 +4,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// Shaders that are compiled a second time with a word defined, as NAME_word.comp.
+const VARIANTS: &[(&str, &str)] =
+    &[("path_rays.comp", "RAY_QUERY"), ("path_trace.comp", "RAY_QUERY"), ("probe.comp", "RAY_QUERY")];
+
 fn main() {
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-env-changed=GLSLC");
@@ -33,25 +37,38 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     let mut list = String::new();
     for file in &files {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let target = out.join(format!("{name}.spv"));
-        compile(file, &target)?;
-        let symbol = name.replace('.', "_").to_uppercase();
-        // The wrapper's first field aligns the bytes to words.
-        let _ = writeln!(
-            code,
-            "static {symbol}_BYTES: &Aligned<[u8]> = &Aligned {{ _word: [], bytes: *include_bytes!({target:?}) }};\n\
-             /// `shaders/{name}`\npub static {symbol}: Shader = Shader {{ name: {name:?}, bytes: &{symbol}_BYTES.bytes }};"
-        );
-        let _ = write!(list, "&{symbol}, ");
+        let mut made = vec![(name.clone(), None)];
+        for (_, word) in VARIANTS.iter().filter(|(of, _)| *of == name) {
+            made.push((name.replace('.', &format!("_{}.", word.to_lowercase())), Some(*word)));
+        }
+        for (name, define) in made {
+            let target = out.join(format!("{name}.spv"));
+            compile(file, &target, define)?;
+            add(&mut code, &mut list, &name, &target);
+        }
     }
     let _ = writeln!(code, "/// Every shader.\n#[allow(dead_code)]\npub static ALL: &[&Shader] = &[{list}];");
     std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
 }
 
-fn compile(file: &Path, target: &Path) -> Result<(), String> {
+/// A static of words.
+fn add(code: &mut String, list: &mut String, name: &str, target: &Path) {
+    let symbol = name.replace('.', "_").to_uppercase();
+    // The wrapper's first field aligns the bytes to words.
+    let _ = writeln!(
+        code,
+        "static {symbol}_BYTES: &Aligned<[u8]> = &Aligned {{ _word: [], bytes: *include_bytes!({target:?}) }};\n\
+         /// `shaders/{name}`\npub static {symbol}: Shader = Shader {{ name: {name:?}, bytes: &{symbol}_BYTES.bytes }};"
+    );
+    let _ = write!(list, "&{symbol}, ");
+}
+
+fn compile(file: &Path, target: &Path, define: Option<&str>) -> Result<(), String> {
     let compiler = std::env::var_os("GLSLC").unwrap_or_else(|| "glslc".into());
     let run = Command::new(&compiler)
-        .args(["--target-env=vulkan1.3", "-Werror", "-I", "shaders", "-o"])
+        .args(["--target-env=vulkan1.3", "-Werror", "-I", "shaders"])
+        .args(define.map(|word| format!("-D{word}")))
+        .arg("-o")
         .arg(target)
         .arg(file)
         .output();

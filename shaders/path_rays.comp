@@ -3,6 +3,9 @@
 // The reference's ray (path_trace.comp), handed to the screen-space methods' filter (resolve.comp): what a few paths a
 // pixel come to in real time.
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #include "common/shared.glsl"
 
 layout(local_size_x = 64) in;
@@ -13,7 +16,11 @@ layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
+#ifdef RAY_QUERY
+layout(binding = 5) uniform accelerationStructureEXT ray_structure;
+#else
 layout(binding = 5) uniform usampler2D node_rows;
+#endif
 layout(binding = 6) uniform usampler2D triangle_rows;
 layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };

@@ -4,6 +4,9 @@
 // The paper's reference (§5): two bounces, no shadows; each hit shaded exactly as `lighting` does, a miss sees the
 // environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #include "common/shared.glsl"
 
 layout(local_size_x = 64) in;
@@ -14,7 +17,11 @@ layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
 layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
+#ifdef RAY_QUERY
+layout(binding = 5) uniform accelerationStructureEXT ray_structure;
+#else
 layout(binding = 5) uniform usampler2D node_rows;
+#endif
 layout(binding = 6) uniform usampler2D triangle_rows;
 layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };
@@ -48,6 +55,7 @@ struct Tally {
     uint sky;
     uint hits;
     uint nan;
+    uint clamped;
     vec2 nearness;      // Σ w/distance, Σ w
 };
 
@@ -72,6 +80,7 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     // `min` may turn a NaN into its other argument, so it is counted first.
     if (any(isnan(radiance))) ++tally.nan;
     // What screen space could have seen: no more than fp16 holds.
+    if (any(greaterThanEqual(radiance, vec3(65504.0)))) ++tally.clamped;
     return weight * min(radiance, vec3(65504.0));
 }
 
@@ -86,7 +95,7 @@ void main() {
     vec3 origin = ray_origin(eye, position, s.face_normal, depth);
 
     vec3 sum = vec3(0.0), compensation = vec3(0.0), squares = vec3(0.0);
-    Tally tally = Tally(0u, 0u, 0u, 0u, vec2(0.0));
+    Tally tally = Tally(0u, 0u, 0u, 0u, 0u, vec2(0.0));
     if (first_sample > 0u) {
         sum = imageLoad(sum_image, texel).rgb;
         vec4 earlier = imageLoad(compensation_image, texel), earlier_squares = imageLoad(square_image, texel);
@@ -107,6 +116,7 @@ void main() {
     atomicAdd(counters.sky, tally.sky);
     atomicAdd(counters.hits, tally.hits);
     if (tally.nan > 0u) atomicAdd(counters.nan, tally.nan);
+    if (tally.clamped > 0u) atomicAdd(counters.clamped, tally.clamped);
     atomicAdd(counters.rays, tally.sky + tally.hits);
     float n = float(first_sample + sample_count);
     imageStore(sum_image, texel, vec4(sum, n));

@@ -2,6 +2,9 @@
 // In: the scene's BVH, lights, environment. Out: radiance about one place, equirectangular: what unknown rays see
 // where the scene asks for a probe. Hits are shaded as the reference's are.
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #include "common/shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -9,7 +12,11 @@ layout(constant_id = 0) const uint HAS_MASK = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
+#ifdef RAY_QUERY
+layout(binding = 2) uniform accelerationStructureEXT ray_structure;
+#else
 layout(binding = 2) uniform usampler2D node_rows;
+#endif
 layout(binding = 3) uniform usampler2D triangle_rows;
 layout(binding = 4, std430) readonly buffer Instances { InstanceData instances[]; };
 layout(binding = 5, std430) readonly buffer Materials { MaterialData materials[]; };

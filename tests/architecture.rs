@@ -9,6 +9,7 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("scene", &["gpu", "render", "study", "display", "picture", "commands"]),
     ("gpu", &["console", "scene", "render", "study", "display", "picture", "metrics", "commands"]),
     ("render", &["study", "display", "metrics", "compare", "commands"]),
+    ("stress", &["study", "display", "commands"]),
     ("display", &["render", "metrics", "commands"]),
     ("picture", &["gpu", "render", "study", "display", "commands"]),
     ("metrics", &["gpu", "render", "study", "display", "compare", "commands"]),

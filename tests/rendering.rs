@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use cyclopean::render::{Settings, Streams};
 use cyclopean::scene::{Fallback, Scene};
+use cyclopean::stress::albedo;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pictures::{
     constant_environment, glowing, gpu, look, material, plane, relative_squared_error, render, render_from, scene,
@@ -20,36 +21,6 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
 fn furnace(roughness: f32) -> Arc<Scene> {
     let view = look(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO);
     Arc::new(scene(vec![(sphere(48), material(roughness), at(0.0, 0.0, 0.0))], 1.0, view))
-}
-
-/// Directional albedo of the GGX lobe with F = 1, by quadrature over the hemisphere of half vectors: no code of the
-/// renderer, no importance sampling.
-fn albedo(nv: f64, roughness: f64) -> f64 {
-    let alpha = roughness * roughness;
-    let v = [(1.0 - nv * nv).sqrt(), 0.0, nv];
-    let lambda = |c: f64| (((1.0 - c * c) * alpha * alpha / (c * c) + 1.0).sqrt() - 1.0) / 2.0;
-    let (steps, turns) = (400, 400);
-    let mut sum = 0.0;
-    for i in 0..steps {
-        // tan θ_h = α·√(u/(1 − u)) spreads the half vectors as D does.
-        let u = (f64::from(i) + 0.5) / f64::from(steps);
-        let tan2 = alpha * alpha * u / (1.0 - u);
-        let ch = 1.0 / (1.0 + tan2).sqrt();
-        let sh = (1.0 - ch * ch).max(0.0).sqrt();
-        for j in 0..turns {
-            let phi = std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(turns);
-            let h = [sh * phi.cos(), sh * phi.sin(), ch];
-            let vh = v[0] * h[0] + v[2] * h[2];
-            let nl = 2.0 * vh * h[2] - v[2];
-            if vh <= 0.0 || nl <= 0.0 {
-                continue;
-            }
-            // f·cos θ_l dω_l = D G F/(4 nv) dω_l, dω_l = 4 vh dω_h, D·ch dω_h = du dφ/2π.
-            let g2 = 1.0 / (1.0 + lambda(nv) + lambda(nl));
-            sum += g2 * vh / (nv * ch);
-        }
-    }
-    sum / f64::from(steps * turns)
 }
 
 #[test]

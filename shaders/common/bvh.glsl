@@ -1,27 +1,13 @@
-// Nearest intersection in a binary BVH held in storage buffers: what the rasteriser would draw, front faces unless
-// double-sided, and not what is cut out. Needs `node_rows` and `triangle_rows` (usampler2D: NodeData and TriangleData,
-// sixteen bytes a texel), HAS_MASK and `bool uncut(uint triangle, vec2 uv)` from the includer.
+// Nearest intersection in a binary BVH held in textures: the way of a device without ray queries. Needs `node_rows`
+// (usampler2D: NodeData, sixteen bytes a texel) from the includer and what rays.glsl declares.
 // Textures, not storage buffers: gathering from a buffer lane by lane makes a software device four times slower.
 // Sources: Möller & Trumbore 1997; slab test with the direction's inverse.
 #ifndef BVH_GLSL
 #define BVH_GLSL
-#include "math.glsl"
 
-const uint NO_TRIANGLE = 0xffffffffu;
 const int STACK_SIZE = 96;
 // A leaf that does not exist.
 const uint FINISHED = 0xffffffffu;
-
-bool uncut(uint triangle, vec2 uv);
-
-// Twin: ROW_WIDTH in bvh.rs.
-vec4 row(usampler2D rows, uint i) { return uintBitsToFloat(texelFetch(rows, ivec2(i & 4095u, i >> 12), 0)); }
-
-struct Intersection {
-    float t;
-    vec2 uv;
-    uint triangle;   // NO_TRIANGLE: a miss
-};
 
 float enter(vec3 lower, vec3 upper, vec3 origin, vec3 inverse, float t_max) {
     vec3 a = (lower - origin) * inverse, b = (upper - origin) * inverse;

@@ -3,7 +3,7 @@
 // Needs triangles, instances, materials, textures, texels, vertices (float words), indices from the includer.
 #ifndef HIT_SURFACE_GLSL
 #define HIT_SURFACE_GLSL
-#include "bvh.glsl"
+#include "rays.glsl"
 #include "material.glsl"
 
 // Set where a mirrored instance exchanged the triangle's second and third corner.

@@ -10,6 +10,8 @@
 
 // Punctual lights have no size; a mirror would show none of it. Their highlights are as wide as at this roughness.
 const float PUNCTUAL_ROUGHNESS = 0.1;
+// Beyond what any target holds, and finite after the lobe (at most 1/(4π α²) of it) and a sum over lights.
+const float MOST_IRRADIANCE = 1e30;
 
 // Directional albedo of the specular lobe, F0·A + B, integrated from the BRDF above.
 vec3 specular_albedo(vec3 f0, float nv, float roughness) {
@@ -23,7 +25,7 @@ vec3 specular_albedo(vec3 f0, float nv, float roughness) {
 vec3 incident(LightData light, vec3 position, out vec3 l) {
     if (light.kind == 0u) {
         l = -light.direction;
-        return light.color;
+        return min(light.color, vec3(MOST_IRRADIANCE));
     }
     vec3 to_light = light.position - position;
     float d2 = max(dot(to_light, to_light), 1e-8);
@@ -36,7 +38,7 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
         float c = dot(light.direction, -l);
         cone = square(clamp((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4), 0.0, 1.0));
     }
-    return light.color * (window * cone / d2);
+    return min(light.color * (window * cone / d2), vec3(MOST_IRRADIANCE));
 }
 
 vec3 shade(Surface s, vec3 emission, vec3 position, vec3 v) {

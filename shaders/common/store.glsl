@@ -9,7 +9,8 @@ vec3 storable(vec3 radiance) {
         return vec3(0.0);
     }
     if (any(isinf(radiance))) atomicAdd(counters.inf, 1u);
-    if (any(greaterThan(radiance, vec3(65504.0)))) atomicAdd(counters.clamped, 1u);
+    // Emission arrives cut at 65504 already.
+    if (any(greaterThanEqual(radiance, vec3(65504.0)))) atomicAdd(counters.clamped, 1u);
     return clamp(radiance, vec3(0.0), vec3(65504.0));
 }
 

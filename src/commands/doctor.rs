@@ -79,7 +79,8 @@ fn opened(name: Option<&str>) -> Finding {
     let describe = |gpu: Rc<Gpu>| {
         let info = gpu.info();
         let speed = if gpu.is_cpu() { ", software: pictures are kept small" } else { "" };
-        format!("{} · {} · Vulkan {}{speed}", info.name, info.driver, info.vulkan)
+        let rays = if gpu.has_ray_query() { ", ray queries" } else { "" };
+        format!("{} · {} · Vulkan {}{rays}{speed}", info.name, info.driver, info.vulkan)
     };
     let (ok, found) = match device::open(name).map(describe) {
         Ok(found) => (true, found),

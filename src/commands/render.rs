@@ -13,7 +13,7 @@ use crate::gpu::{DeviceInfo, PassTime};
 use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
-use crate::render::{Firefly, Method, Rendered, Renderer, Request, Settings, Streams, median_of_sorted};
+use crate::render::{Firefly, Method, Rendered, Renderer, Request, Settings, Streams, Trace, median_of_sorted};
 use crate::scene::{self, Fallback};
 
 use super::WrongUsage;
@@ -61,6 +61,9 @@ pub struct Args {
     /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
     #[arg(long, default_value_t = 0.1)]
     edge_fade: f32,
+    /// How rays through the scene's geometry find what they hit.
+    #[arg(long, value_enum, default_value_t = Trace::Auto)]
+    trace: Trace,
     /// Say which parts of the frame run, which are left out, and why.
     #[arg(long)]
     explain: bool,
@@ -116,6 +119,8 @@ struct Report<'a> {
     missed: u64,
     counters: Counts,
     triangles: usize,
+    /// `bvh` or `ray-query`; null where no ray asks the geometry.
+    trace: Option<&'static str>,
     settings: &'a Settings,
     repairs: &'a [String],
     files: Vec<PathBuf>,
@@ -141,6 +146,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         fallback: args.fallback.map(Fallback::from),
         edge_fade: args.edge_fade,
         all_passes: args.all_passes,
+        trace: args.trace,
         ..device::settings(size, args.seed)
     };
     // Fail before the work, not after it.
@@ -180,6 +186,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         missed: rendered.counters.missed(),
         counters: rendered.counters,
         triangles: scene.triangle_count(),
+        trace: rendered.way,
         settings: &settings,
         repairs: &scene.repairs,
         files,
@@ -229,6 +236,9 @@ fn say(console: &Console, report: &Report<'_>, rendered: &Rendered, explain: boo
         "  {} rays: {} hit, {} sky, {} missed ({} left the view, {} behind, {} back faces, {} out of steps)",
         c.rays, c.hits, c.sky, report.missed, c.left_view, c.behind, c.back_facing, c.budget
     ));
+    if let Some(way) = report.trace {
+        console.line(format!("  rays through the geometry by {way}"));
+    }
     if report.clamped > 0 {
         console.line(format!("  {} values were beyond fp16 and clamped", report.clamped));
     }

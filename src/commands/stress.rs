@@ -144,13 +144,17 @@ fn say_sweep(console: &Console, a: &Along) {
         100.0 * a.worst_bias,
         a.about
     ));
-    console.line(format!("      {:>12} {:<10} {:>10} {:>9} {:>9}", a.unit, "method", "error", "bias", "unknown"));
+    console.line(format!(
+        "      {:>12} {:<10} {:>10} {:>10} {:>9} {:>9}",
+        a.unit, "method", "error", "relMSE", "bias", "unknown"
+    ));
     for r in &a.rows {
         console.line(format!(
-            "      {:>12} {:<10} {:>10} {:>7.2} % {:>7.2} %",
+            "      {:>12} {:<10} {:>10} {:>10} {:>7.2} % {:>7.2} %",
             r.value,
             r.method,
             number(r.relative_squared_error),
+            number(r.relative_mse),
             100.0 * r.relative_bias,
             r.unknown_percent
         ));

@@ -54,6 +54,30 @@ impl Use {
     );
     /// Read as a uniform buffer.
     pub const UNIFORM: Use = Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::UNIFORM_READ, false);
+    /// A ray structure that a compute shader asks.
+    pub const STRUCTURE_READ: Use =
+        Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::ACCELERATION_STRUCTURE_READ_KHR, false);
+    /// Positions or instances that a ray structure is built from.
+    pub const STRUCTURE_INPUT: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+        Acc::from_raw(Acc::SHADER_READ.as_raw() | Acc::ACCELERATION_STRUCTURE_READ_KHR.as_raw()),
+        false,
+    );
+    /// A ray structure that another one is built over.
+    pub const STRUCTURE_BUILD_READ: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+        Acc::ACCELERATION_STRUCTURE_READ_KHR,
+        false,
+    );
+    /// A ray structure being built, or its scratch memory.
+    pub const STRUCTURE_BUILD: Use = Use::new(
+        vk::ImageLayout::GENERAL,
+        Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+        Acc::from_raw(Acc::ACCELERATION_STRUCTURE_READ_KHR.as_raw() | Acc::ACCELERATION_STRUCTURE_WRITE_KHR.as_raw()),
+        true,
+    );
     /// A colour attachment, cleared or blended over.
     pub const COLOR: Use = Use::new(
         vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,

@@ -25,7 +25,30 @@ impl Buffer {
     /// # Errors
     /// [`GpuError::Memory`] when the device has none left.
     pub fn device(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        Buffer::check_storage(gpu, what, bytes)?;
         Buffer::new(gpu, what, bytes, MemoryLocation::GpuOnly)
+    }
+
+    /// Device memory for a ray structure, its input or its scratch: no shader binds it, so it may be larger than a
+    /// storage buffer.
+    pub(super) fn structure(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
+        Buffer::new(gpu, what, bytes, MemoryLocation::GpuOnly)
+    }
+
+    /// Where it lies on the device; ray structures are built by addresses.
+    pub(super) fn address(&self) -> u64 {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
+        // SAFETY: only a device with ray queries asks; all of its buffers are made with an address.
+        unsafe { self.gpu.device.get_buffer_device_address(&info) }
+    }
+
+    /// Staging and readback are never bound as storage.
+    fn check_storage(gpu: &Gpu, what: &str, bytes: u64) -> Result<(), GpuError> {
+        if bytes <= gpu.max_storage_bytes() {
+            return Ok(());
+        }
+        let reason = format!("the device's largest storage buffer has {} bytes", gpu.max_storage_bytes());
+        Err(GpuError::Memory { what: what.to_owned(), bytes, reason })
     }
 
     /// Memory that the host writes and the device reads.
@@ -51,31 +74,53 @@ impl Buffer {
     pub fn with_content<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         let buffer = Buffer::device(gpu, what, bytes.len() as u64)?;
+        buffer.fill(bytes)?;
+        Ok(buffer)
+    }
+
+    /// The same for what a ray structure is built from.
+    ///
+    /// # Errors
+    /// As [`Buffer::with_content`].
+    pub fn structure_input<T: bytemuck::NoUninit>(
+        gpu: &Rc<Gpu>,
+        what: &str,
+        content: &[T],
+    ) -> Result<Buffer, GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(content);
+        let buffer = Buffer::structure(gpu, what, bytes.len() as u64)?;
+        buffer.fill(bytes)?;
+        Ok(buffer)
+    }
+
+    /// Copies, and waits.
+    fn fill(&self, bytes: &[u8]) -> Result<(), GpuError> {
+        let gpu = &self.gpu;
         if !bytes.is_empty() {
             let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
             staging.write(bytes);
             let mut frame = Frame::begin(gpu)?;
-            frame.copy_buffer(&staging, &buffer);
+            frame.copy_buffer(&staging, self);
             frame.finish()?;
         }
-        Ok(buffer)
+        Ok(())
     }
 
     fn new(gpu: &Rc<Gpu>, what: &str, bytes: u64, location: MemoryLocation) -> Result<Buffer, GpuError> {
         // Zero-sized buffers do not exist in Vulkan; an empty scene still binds all of its buffers.
         let size = bytes.max(16);
-        // Staging and readback are never bound as storage.
-        if location == MemoryLocation::GpuOnly && size > gpu.max_storage_bytes() {
-            let reason = format!("the device's largest storage buffer has {} bytes", gpu.max_storage_bytes());
-            return Err(GpuError::Memory { what: what.to_owned(), bytes: size, reason });
-        }
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
             | vk::BufferUsageFlags::VERTEX_BUFFER
             | vk::BufferUsageFlags::INDEX_BUFFER
             | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
+        if gpu.has_ray_query() {
+            usage |= vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+                | vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR
+                | vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
+        }
         let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is alive; `info` lives for the call.
         let raw = unsafe { gpu.device.create_buffer(&info, None) }.called("vkCreateBuffer")?;

@@ -10,6 +10,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 
+use super::acceleration::{EXTENSIONS, RayTracing};
 use super::create::text;
 use super::{Called, Creator, GpuError};
 
@@ -54,6 +55,7 @@ pub struct Gpu {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) pipeline_cache: vk::PipelineCache,
     pub(super) limits: vk::PhysicalDeviceLimits,
+    ray_tracing: Option<RayTracing>,
     info: DeviceInfo,
     cache_file: Option<PathBuf>,
     /// Shared with libraries that draw with their own buffers (see [`Gpu::allocator`]).
@@ -91,7 +93,8 @@ impl Gpu {
             .position(|f| f.queue_flags.contains(both) && f.timestamp_valid_bits > 0)
             .ok_or_else(|| lacks("a queue for graphics and compute with timestamps"))? as u32;
 
-        let device = create_device(&instance, physical, creator, family, &lacks)?;
+        let scratch_alignment = ray_query_of(&instance, physical)?;
+        let device = create_device(&instance, physical, creator, family, (scratch_alignment.is_some(), &lacks))?;
         // SAFETY: the family was given one queue at creation.
         let queue = unsafe { device.get_device_queue(family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -99,7 +102,7 @@ impl Gpu {
             device: device.clone(),
             physical_device: physical,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: scratch_alignment.is_some(),
             allocation_sizes: Default::default(),
         })
         .map_err(|e| GpuError::Memory {
@@ -118,6 +121,11 @@ impl Gpu {
         // SAFETY: `data` lives for the call.
         let pipeline_cache = unsafe { device.create_pipeline_cache(&create, None) }.called("vkCreatePipelineCache")?;
 
+        let ray_tracing = scratch_alignment.map(|scratch_alignment| RayTracing {
+            functions: ash::khr::acceleration_structure::Device::new(&instance, &device),
+            scratch_alignment,
+        });
+
         Ok(Rc::new(Gpu {
             device,
             queue,
@@ -126,6 +134,7 @@ impl Gpu {
             physical,
             pipeline_cache,
             limits: properties.limits,
+            ray_tracing,
             info,
             cache_file,
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
@@ -144,6 +153,16 @@ impl Gpu {
     /// A software device: images are kept small and the program says so.
     pub fn is_cpu(&self) -> bool {
         self.info.kind == "cpu"
+    }
+
+    /// Shaders may ask the device's own ray structures (`VK_KHR_ray_query`).
+    pub fn has_ray_query(&self) -> bool {
+        self.ray_tracing.is_some()
+    }
+
+    pub(super) fn ray_tracing(&self) -> Result<&RayTracing, GpuError> {
+        let lacks = || GpuError::Lacks { device: self.info.name.clone(), what: "ray queries".to_owned() };
+        self.ray_tracing.as_ref().ok_or_else(lacks)
     }
 
     /// The largest storage buffer a shader may see, bytes.
@@ -257,12 +276,37 @@ fn create_instance(entry: &ash::Entry, creator: &dyn Creator, options: &GpuOptio
     creator.create_instance(entry, &info)
 }
 
+/// Whether the device has ray queries: then the alignment of scratch memory that it wants.
+fn ray_query_of(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Option<u64>, GpuError> {
+    // SAFETY: `physical` comes from this instance; also below.
+    let there = unsafe { instance.enumerate_device_extension_properties(physical) }
+        .called("vkEnumerateDeviceExtensionProperties")?;
+    let has = |name: &CStr| there.iter().any(|e| text(&e.extension_name).as_bytes() == name.to_bytes());
+    if !EXTENSIONS.iter().all(|name| has(name)) {
+        return Ok(None);
+    }
+    let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+    let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut features =
+        vk::PhysicalDeviceFeatures2::default().push_next(&mut structures).push_next(&mut queries).push_next(&mut v12);
+    // SAFETY: the chain's structures live for the call.
+    unsafe { instance.get_physical_device_features2(physical, &mut features) };
+    let all = structures.acceleration_structure & queries.ray_query & v12.buffer_device_address;
+    let mut limits = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut more = vk::PhysicalDeviceProperties2::default().push_next(&mut limits);
+    // SAFETY: as above.
+    unsafe { instance.get_physical_device_properties2(physical, &mut more) };
+    let alignment = limits.min_acceleration_structure_scratch_offset_alignment.max(1);
+    Ok((all == vk::TRUE).then_some(u64::from(alignment)))
+}
+
 fn create_device(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
     creator: &dyn Creator,
     family: u32,
-    lacks: &dyn Fn(&str) -> GpuError,
+    (ray_query, lacks): (bool, &dyn Fn(&str) -> GpuError),
 ) -> Result<ash::Device, GpuError> {
     // SAFETY: `physical` comes from this instance.
     let there = unsafe { instance.get_physical_device_features(physical) };
@@ -277,8 +321,19 @@ fn create_device(
     let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
-    let info =
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true);
+    let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+    let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+    let extensions = EXTENSIONS.map(CStr::as_ptr);
+    let mut info =
         vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&wanted).push_next(&mut v13);
+    if ray_query {
+        info = info
+            .enabled_extension_names(&extensions)
+            .push_next(&mut v12)
+            .push_next(&mut structures)
+            .push_next(&mut queries);
+    }
     creator.create_device(instance, physical, &info)
 }
 

@@ -67,9 +67,12 @@ impl Frame {
             (vk::DescriptorType::STORAGE_IMAGE, 512),
             (vk::DescriptorType::STORAGE_BUFFER, 1024),
             (vk::DescriptorType::UNIFORM_BUFFER, 256),
+            (vk::DescriptorType::ACCELERATION_STRUCTURE_KHR, 64),
         ]
         .map(|(ty, descriptor_count)| vk::DescriptorPoolSize { ty, descriptor_count });
-        let descriptor_info = vk::DescriptorPoolCreateInfo::default().max_sets(2 * MAX_PASSES).pool_sizes(&sizes);
+        // The last kind exists only where ray queries do.
+        let sizes = if gpu.has_ray_query() { &sizes[..] } else { &sizes[..sizes.len() - 1] };
+        let descriptor_info = vk::DescriptorPoolCreateInfo::default().max_sets(2 * MAX_PASSES).pool_sizes(sizes);
         let query_info =
             vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
         // SAFETY: the device is alive and every info lives for its call; on an early return `Drop` destroys what

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows of scenes or reflections. One queue, one thread: owners are `Rc`, tracked state is `Cell`.
 
+mod acceleration;
 mod access;
 mod buffer;
 mod context;
@@ -16,6 +17,7 @@ mod surface;
 mod swapchain;
 mod texture;
 
+pub use acceleration::{AccelerationStructure, Placed, Triangles};
 pub use access::Use;
 pub use buffer::Buffer;
 pub use context::{DeviceInfo, Gpu, GpuOptions};

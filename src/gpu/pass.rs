@@ -12,7 +12,7 @@ use ash::vk;
 
 use super::access::Use;
 use super::texture::set_layout;
-use super::{Buffer, Called, Frame, Gpu, GpuError, Image, Sampler};
+use super::{AccelerationStructure, Buffer, Called, Frame, Gpu, GpuError, Image, Sampler};
 
 /// A compute shader with its specialisation.
 pub struct ComputePass {
@@ -112,6 +112,7 @@ impl Drop for ComputePass {
 pub(super) enum Bound {
     Image(vk::DescriptorType, vk::DescriptorImageInfo),
     Buffer(vk::DescriptorType, vk::DescriptorBufferInfo),
+    Structure(vk::AccelerationStructureKHR),
 }
 
 impl Bound {
@@ -131,6 +132,7 @@ impl Bound {
     pub(super) fn kind(&self) -> vk::DescriptorType {
         match self {
             Bound::Image(kind, _) | Bound::Buffer(kind, _) => *kind,
+            Bound::Structure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
@@ -142,14 +144,24 @@ impl Frame {
         let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
         // SAFETY: pool and layout are alive.
         let set = unsafe { self.gpu.device.allocate_descriptor_sets(&allocate) }.called("vkAllocateDescriptorSets")?[0];
+        let mut structures: Vec<_> = bound
+            .iter()
+            .map(|bound| match bound {
+                Bound::Structure(raw) => vk::WriteDescriptorSetAccelerationStructureKHR::default()
+                    .acceleration_structures(std::slice::from_ref(raw)),
+                _ => vk::WriteDescriptorSetAccelerationStructureKHR::default(),
+            })
+            .collect();
         let writes: Vec<_> = bound
             .iter()
+            .zip(&mut structures)
             .enumerate()
-            .map(|(i, bound)| {
+            .map(|(i, (bound, structure))| {
                 let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(i as u32);
                 match bound {
                     Bound::Image(kind, info) => write.descriptor_type(*kind).image_info(std::slice::from_ref(info)),
                     Bound::Buffer(kind, info) => write.descriptor_type(*kind).buffer_info(std::slice::from_ref(info)),
+                    Bound::Structure(_) => write.descriptor_type(bound.kind()).descriptor_count(1).push_next(structure),
                 }
             })
             .collect();
@@ -202,7 +214,7 @@ impl<'f> Dispatch<'f> {
         // The mips of one image written by one pass are one use of the image.
         let again = self.bound.iter().any(|b| match b {
             Bound::Image(_, info) => image.mip_views.contains(&info.image_view),
-            Bound::Buffer(..) => false,
+            Bound::Buffer(..) | Bound::Structure(_) => false,
         });
         if !again {
             self.frame.use_image(image, how);
@@ -224,6 +236,13 @@ impl<'f> Dispatch<'f> {
     /// A storage buffer that is written, or read and written.
     pub fn write_buffer(self, buffer: &'f Buffer) -> Self {
         self.buffer(buffer, vk::DescriptorType::STORAGE_BUFFER, Use::STORAGE_READ_WRITE)
+    }
+
+    /// A ray structure that the pass asks.
+    pub fn structure(mut self, structure: &'f AccelerationStructure) -> Self {
+        self.frame.use_buffer(&structure.memory, Use::STRUCTURE_READ);
+        self.bound.push(Bound::Structure(structure.raw));
+        self
     }
 
     /// A uniform buffer.

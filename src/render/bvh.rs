@@ -1,4 +1,4 @@
-//! The scene's triangles as a BVH in storage buffers, with the textures that hits look up.
+//! What rays through the scene's geometry ask: triangles, a BVH or the device's own structure over them, textures.
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -14,16 +14,26 @@ use crate::scene::{Alpha, Scene, Texture, Wrap};
 
 use super::context::Context;
 use super::mips::mip_chain;
+use super::ray_structure::{self, RayStructure};
+use super::settings::Trace;
+use super::shaders::Shader;
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::{Range, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 const EXCHANGED: u32 = 1 << 31;
 
+/// How rays find what they hit.
+pub enum Way {
+    /// Nodes of the BVH.
+    Bvh(Image),
+    RayQuery(Box<RayStructure>),
+}
+
 /// Geometry for rays, relative to `head`.
 pub struct RayScene {
     pub head: DVec3,
-    pub nodes: Image,
+    pub way: Way,
     pub triangles: Image,
     pub textures: Buffer,
     pub texels: Buffer,
@@ -36,17 +46,34 @@ impl RayScene {
     ///
     /// # Errors
     /// When device memory runs out.
-    pub fn new(gpu: &Rc<Gpu>, scene: &Scene, ranges: &[Range], head: DVec3) -> Result<RayScene, GpuError> {
+    /// [`GpuError::Lacks`] when ray queries are asked for where there are none.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        scene: &Scene,
+        ranges: &[Range],
+        head: DVec3,
+        trace: Trace,
+    ) -> Result<RayScene, GpuError> {
         let triangles = world_triangles(scene, ranges, head);
-        let (nodes, order) = build(&triangles);
-        let mut triangles: Vec<TriangleData> = order.iter().map(|&i| triangles[i as usize]).collect();
+        let (way, mut triangles) = match trace {
+            Trace::RayQuery => {
+                let (structure, triangles) = ray_structure::build(gpu, &triangles)?;
+                (Way::RayQuery(Box::new(structure)), triangles)
+            }
+            Trace::Auto if gpu.has_ray_query() => return Self::new(gpu, scene, ranges, head, Trace::RayQuery),
+            Trace::Auto | Trace::Bvh => {
+                let (nodes, order) = build(&triangles);
+                let nodes = upload_rows(gpu, "BVH nodes", &nodes)?;
+                (Way::Bvh(nodes), order.iter().map(|&i| triangles[i as usize]).collect())
+            }
+        };
         if triangles.is_empty() {
             triangles.push(bytemuck::Zeroable::zeroed());
         }
         let (textures, texels, halvings) = pack_textures(&scene.textures, gpu.max_storage_bytes());
         Ok(RayScene {
             head,
-            nodes: upload_rows(gpu, "BVH nodes", &nodes)?,
+            way,
             triangles: upload_rows(gpu, "BVH triangles", &triangles)?,
             textures: Buffer::with_content(gpu, "textures for hits", &textures)?,
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
@@ -56,15 +83,40 @@ impl RayScene {
 }
 
 impl RayScene {
-    /// Binds what `bvh.glsl` and `hit_surface.glsl` read.
+    /// `bvh` or `ray-query`.
+    pub fn way_name(&self) -> &'static str {
+        match self.way {
+            Way::Bvh(_) => "bvh",
+            Way::RayQuery(_) => "ray-query",
+        }
+    }
+
+    /// Whether it is what `trace` asks for on this device.
+    pub fn answers(&self, gpu: &Gpu, trace: Trace) -> bool {
+        let ray_query = trace == Trace::RayQuery || trace == Trace::Auto && gpu.has_ray_query();
+        ray_query == matches!(self.way, Way::RayQuery(_))
+    }
+
+    /// A shader in the variant that asks what is bound.
+    pub fn variant(&self, bvh: &'static Shader, ray_query: &'static Shader) -> &'static Shader {
+        match self.way {
+            Way::Bvh(_) => bvh,
+            Way::RayQuery(_) => ray_query,
+        }
+    }
+
+    /// Binds what `rays.glsl` and `hit_surface.glsl` read.
     pub fn bind<'f>(
         &'f self,
         chain: Dispatch<'f>,
         resources: &'f SceneResources,
         context: &'f Context,
     ) -> Dispatch<'f> {
+        let chain = match &self.way {
+            Way::Bvh(nodes) => chain.sampled(nodes, &context.nearest),
+            Way::RayQuery(structure) => chain.structure(&structure.top),
+        };
         chain
-            .sampled(&self.nodes, &context.nearest)
             .sampled(&self.triangles, &context.nearest)
             .read_buffer(&context.instances)
             .read_buffer(&resources.materials)

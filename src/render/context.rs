@@ -8,7 +8,6 @@ use glam::DVec3;
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
 use crate::scene::{Eye, Fallback, Scene, StereoCamera};
 
-use super::brdf_table::brdf_table;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
 use super::upload::{self, SceneResources};
@@ -24,7 +23,7 @@ pub struct Context {
     pub lights: Buffer,
     pub instances: Buffer,
     pub counters: Buffer,
-    pub brdf_table: Image,
+    pub brdf_table: Rc<Image>,
     pub nearest: Sampler,
     pub linear: Sampler,
 }
@@ -36,9 +35,8 @@ impl Context {
         gpu: &Rc<Gpu>,
         scene: &Scene,
         resources: &SceneResources,
-        camera: &StereoCamera,
-        settings: &Settings,
-        guard: [u32; 2],
+        brdf_table: Rc<Image>,
+        (camera, settings, guard): (&StereoCamera, &Settings, [u32; 2]),
     ) -> Result<Context, GpuError> {
         let head = camera.head();
         let bounds = bounds(scene, head);
@@ -54,7 +52,7 @@ impl Context {
             lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
             instances: Buffer::with_content(gpu, "instances", &instances)?,
             counters: Buffer::device(gpu, "counters", words(size_of::<CountersData>() / 4))?,
-            brdf_table: brdf_table(gpu, settings.delta_roughness)?,
+            brdf_table,
             nearest: Sampler::new(gpu, Filter::NEAREST)?,
             linear: Sampler::new(gpu, Filter::LINEAR)?,
         })

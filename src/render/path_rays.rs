@@ -19,8 +19,8 @@ pub struct PathRaysPass {
 impl PathRaysPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<PathRaysPass, GpuError> {
-        let words = shaders::PATH_RAYS_COMP.words();
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathRaysPass, GpuError> {
+        let words = rays.variant(&shaders::PATH_RAYS_COMP, &shaders::PATH_RAYS_RAY_QUERY_COMP).words();
         Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &[u32::from(needs.mask)])? })
     }
 

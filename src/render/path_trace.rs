@@ -28,8 +28,8 @@ struct Constants {
 impl PathTracePass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<PathTracePass, GpuError> {
-        let words = shaders::PATH_TRACE_COMP.words();
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathTracePass, GpuError> {
+        let words = rays.variant(&shaders::PATH_TRACE_COMP, &shaders::PATH_TRACE_RAY_QUERY_COMP).words();
         Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &[u32::from(needs.mask)])? })
     }
 

@@ -54,9 +54,10 @@ impl Passes {
         gpu: &Rc<Gpu>,
         resources: &SceneResources,
         needs: &Needs,
-        settings: &Settings,
-        method: &Method,
+        (settings, method): (&Settings, &Method),
+        rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
+        let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
@@ -66,13 +67,13 @@ impl Passes {
                 false => None,
                 true => Some((DepthPyramidPass::new(gpu, needs)?, TracePass::new(gpu, method)?)),
             },
-            path_rays: (needs.path_trace && needs.resolve).then(|| PathRaysPass::new(gpu, needs)).transpose()?,
+            path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
             resolve: needs.resolve.then(|| ResolvePass::new(gpu, settings, method)).transpose()?,
             reproject: match method.parts().reprojection {
                 Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, how)?),
                 _ => None,
             },
-            path_trace: (needs.path_trace && !needs.resolve).then(|| PathTracePass::new(gpu, needs)).transpose()?,
+            path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,
             composite: CompositePass::new(gpu, needs, method)?,
         })
     }
@@ -130,7 +131,7 @@ impl Prepared {
         let Shared { gpu, scene, resources } = shared;
         let framing = Framing::of(method, settings);
         let targets = Targets::new(&gpu, &framing.settings(settings), &needs, method)?;
-        let passes = Passes::new(&gpu, &resources, &needs, settings, method)?;
+        let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
             gpu,
@@ -152,6 +153,11 @@ impl Prepared {
     /// Which parts run and which are left out.
     pub fn needs(&self) -> &Needs {
         &self.needs
+    }
+
+    /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
+    pub fn way(&self) -> Option<&'static str> {
+        self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe).map(RayScene::way_name)
     }
 
     pub fn method(&self) -> &Method {

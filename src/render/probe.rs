@@ -35,7 +35,8 @@ pub fn probe(
     let place = place.as_vec3().extend(SAMPLES as f32).to_array();
     let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(WIDTH, WIDTH / 2, vk::Format::R32G32B32A32_SFLOAT) };
     let image = Image::new(gpu, "probe", desc)?;
-    let pass = ComputePass::new(gpu, "probe", &shaders::PROBE_COMP.words(), &[u32::from(needs.mask)])?;
+    let words = rays.variant(&shaders::PROBE_COMP, &shaders::PROBE_RAY_QUERY_COMP).words();
+    let pass = ComputePass::new(gpu, "probe", &words, &[u32::from(needs.mask)])?;
     let mut frame = Frame::begin(gpu)?;
     frame
         .compute(&pass)

@@ -4,10 +4,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::console::Interrupted;
-use crate::gpu::{Gpu, GpuError, PassTime};
+use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::brdf_table::brdf_table;
 use super::bvh::RayScene;
 use super::context::Context;
 use super::framing::Framing;
@@ -53,6 +54,8 @@ pub struct Rendered {
     pub left_out: Vec<Part>,
     /// Rays or paths a pixel.
     pub samples: u32,
+    /// How rays through the geometry found what they hit: `bvh` or `ray-query`.
+    pub way: Option<&'static str>,
 }
 
 /// What to render.
@@ -71,6 +74,8 @@ pub struct Renderer {
     resources: Rc<SceneResources>,
     rays: Option<Rc<RayScene>>,
     probe: Option<Rc<EnvironmentMaps>>,
+    /// By the mirrors' roughness that it was made for.
+    brdf_table: Option<(f32, Rc<Image>)>,
 }
 
 impl Renderer {
@@ -80,7 +85,18 @@ impl Renderer {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = Rc::new(SceneResources::new(gpu, &scene)?);
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None })
+        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None, brdf_table: None })
+    }
+
+    /// Another scene on the same device; what no scene changes is kept.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
+        let Renderer { gpu, brdf_table, resources, .. } = self;
+        // The old scene's memory goes first.
+        drop(resources);
+        Ok(Renderer { brdf_table, ..Renderer::new(&gpu, scene)? })
     }
 
     /// The scene it was made for.
@@ -101,10 +117,13 @@ impl Renderer {
         let needs = Needs::of(&self.scene, method, settings);
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
-        let context = Context::new(&self.gpu, &self.scene, &self.resources, &eyes, &drawn, framing.guard)?;
+        let table = self.brdf_table(settings.delta_roughness)?;
+        let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
-        if asks_geometry && self.rays.as_ref().is_none_or(|r| r.head != context.head) {
-            let rays = RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, context.head)?;
+        let fits = |r: &RayScene| r.head == context.head && r.answers(&self.gpu, settings.trace);
+        if asks_geometry && !self.rays.as_deref().is_some_and(fits) {
+            let ranges = &self.resources.ranges;
+            let rays = RayScene::new(&self.gpu, &self.scene, ranges, context.head, settings.trace)?;
             if rays.halvings > 0 {
                 tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
             }
@@ -118,6 +137,17 @@ impl Renderer {
             Shared { gpu: Rc::clone(&self.gpu), scene: Arc::clone(&self.scene), resources: Rc::clone(&self.resources) };
         let (rays, probe) = (self.rays.clone(), self.probe.clone());
         Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
+    }
+
+    fn brdf_table(&mut self, delta_roughness: f32) -> Result<Rc<Image>, GpuError> {
+        match &self.brdf_table {
+            Some((of, table)) if *of == delta_roughness => Ok(Rc::clone(table)),
+            _ => {
+                let made = Rc::new(brdf_table(&self.gpu, delta_roughness)?);
+                self.brdf_table = Some((delta_roughness, Rc::clone(&made)));
+                Ok(made)
+            }
+        }
     }
 
     /// Renders a still; `progress` hears how many of the reference's samples are done.
@@ -153,6 +183,7 @@ impl Renderer {
             parts: prepared.needs().parts().to_vec(),
             left_out: prepared.needs().left_out(),
             samples: method.samples(),
+            way: prepared.way(),
         };
         // After the last submission, so that a message about the reading counts too.
         self.gpu.check_validation()?;

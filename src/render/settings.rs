@@ -24,6 +24,19 @@ pub enum Firefly {
     ToneMapped,
 }
 
+/// How rays through the scene's geometry find what they hit. Both ways answer alike, but for rounding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trace {
+    /// The device's ray queries where it has them, else the BVH.
+    #[default]
+    Auto,
+    /// A BVH in textures, walked by the shader: every device.
+    Bvh,
+    /// `VK_KHR_ray_query`.
+    RayQuery,
+}
+
 /// Everything that changes a picture besides scene, view and method.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Settings {
@@ -47,6 +60,7 @@ pub struct Settings {
     pub reuse_radius: u32,
     /// Steps of a march before its answer is *unknown*.
     pub max_steps: u32,
+    pub trace: Trace,
     /// Run every pass, needed or not: the picture must not change.
     pub all_passes: bool,
 }
@@ -66,6 +80,7 @@ impl Default for Settings {
             edge_fade: 0.1,
             reuse_radius: 2,
             max_steps: 256,
+            trace: Trace::Auto,
             all_passes: false,
         }
     }

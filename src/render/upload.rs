@@ -169,7 +169,8 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
 fn material_data(m: &Material) -> MaterialData {
     MaterialData {
         base_color: m.base_color.to_array(),
-        emissive: m.emissive.to_array(),
+        // Finite: infinity times a texture's 0 would be NaN.
+        emissive: m.emissive.min(glam::Vec3::MAX).to_array(),
         metallic: m.metallic,
         dielectric_f0: m.dielectric_f0.to_array(),
         roughness: m.roughness,

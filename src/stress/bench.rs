@@ -117,13 +117,12 @@ impl Bench {
     ) -> Result<Prepared, RenderError> {
         check_interrupted()?;
         let method = Method::parse(method).expect("cases name methods that exist");
-        if self.renderer.as_ref().is_none_or(|(held, _)| !Arc::ptr_eq(held, scene)) {
-            self.renderer = None;
-        }
-        let (_, renderer) = match &mut self.renderer {
-            Some(held) => held,
-            empty => empty.insert((Arc::clone(scene), Renderer::new(&self.gpu, Arc::clone(scene))?)),
+        let renderer = match self.renderer.take() {
+            Some((held, renderer)) if Arc::ptr_eq(&held, scene) => renderer,
+            Some((_, renderer)) => renderer.with_scene(Arc::clone(scene))?,
+            None => Renderer::new(&self.gpu, Arc::clone(scene))?,
         };
+        let (_, renderer) = self.renderer.insert((Arc::clone(scene), renderer));
         renderer.prepare(camera, &method, settings)
     }
 }

@@ -1,6 +1,6 @@
 //! Depth, size and place: what a picture must not depend on.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
@@ -88,7 +88,7 @@ fn see_change(
 
 fn near_planes(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
-    for near_m in [1e-5, 1e-3, 1.0] {
+    for near_m in [1e-5, 1.0] {
         see_change(bench, &mut worst, &format!("near {near_m} m"), |s| {
             let mut s = s.clone();
             s.views[0].near_m = near_m;
@@ -102,10 +102,8 @@ fn turns(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for (label, by) in [
         ("to +x", DQuat::from_rotation_y(-FRAC_PI_2)),
-        ("to +z", DQuat::from_rotation_y(PI)),
         ("up", DQuat::from_rotation_x(FRAC_PI_2)),
         ("down", DQuat::from_rotation_x(-FRAC_PI_2)),
-        ("on its side", DQuat::from_rotation_z(FRAC_PI_2)),
         ("askew", DQuat::from_euler(glam::EulerRot::XYZ, 0.7, -2.1, 1.3)),
     ] {
         see_change(bench, &mut worst, label, |s| turned(s, by))?;

@@ -16,16 +16,25 @@ pub const CASES: &[Case] = &[
     Case {
         name: "mirror",
         hazard: "α = 0: D is ∞·0",
-        checks: "a mirror ball (roughness 0, 1e-30, 1e-4, 0.0299) in a white world cannot be seen",
+        checks: "a mirror (roughness 0, 1e-30, 1e-4, 0.0299; n·v 1 to 0.05) in a white world cannot be seen",
         unit: "radiance, of 1",
         // The albedo table is fp16 and read bilinearly.
         bound: Bound::AtMost(2e-3),
         run: mirror,
     },
     Case {
+        name: "mirror-ball",
+        hazard: "the normal of a facet is not the ball's",
+        checks: "a mirror ball in a white world: pixels that differ by more than 0.2 %",
+        unit: "% of the pixels",
+        // At the rim a reflection about the smooth normal may point below its facet, which is then in its way.
+        bound: Bound::AtMost(0.5),
+        run: mirror_ball,
+    },
+    Case {
         name: "white-furnace",
         hazard: "a lobe that makes light",
-        checks: "the most that a white ball returns of a white world, roughness 0 to 1 in 21 steps",
+        checks: "the most that a white ball returns of a white world, roughness 0 to 1 in 11 steps",
         unit: "radiance, of 1",
         bound: Bound::AtMost(1.02),
         run: gain,
@@ -85,21 +94,35 @@ fn white(width: u32, height: u32) -> Settings {
 fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for roughness in [0.0, 1e-30, 1e-4, 0.0299] {
-        let ball = Arc::new(furnace(roughness));
-        for method in ["sssr", "stereo", "path-traced@4"] {
-            let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(48, 48))?;
-            worst.see(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, {method}"));
+        for nv in TILTS {
+            let floor = tilted(roughness, nv);
+            for method in ["sssr", "path-traced@1"] {
+                let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, method, &white(16, 16))?;
+                worst.see(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, n·v {nv}, {method}"));
+            }
         }
+    }
+    Ok(worst)
+}
+
+fn mirror_ball(bench: &mut Bench) -> Result<Worst, RenderError> {
+    let mut worst = Worst::largest();
+    let ball = Arc::new(furnace(0.0));
+    for method in ["sssr", "stereo", "path-traced@1"] {
+        let shot = bench.render("ball", &ball, method, &white(96, 96))?;
+        let off = |t: &&[f32; 3]| t.iter().any(|v| (v - 1.0).abs() > 2e-3);
+        let count = shot.linear.eyes.iter().flatten().filter(off).count();
+        worst.see(100.0 * count as f64 / (2.0 * 96.0 * 96.0), method);
     }
     Ok(worst)
 }
 
 fn gain(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
-    for step in 0..=20u8 {
-        let roughness = f32::from(step) / 20.0;
+    for step in 0..=10u8 {
+        let roughness = f32::from(step) / 10.0;
         let ball = Arc::new(furnace(roughness));
-        for method in ["sssr", "stereo", "path-traced@64"] {
+        for method in ["sssr", "stereo", "path-traced@16"] {
             let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(33, 33))?;
             worst.see(most(&shot.reflection), format!("roughness {roughness}, {method}"));
         }
@@ -119,7 +142,7 @@ const TILTS: [f64; 4] = [1.0, 0.6, 0.25, 0.05];
 
 fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
-    for roughness in [0.03f32, 0.08, 0.2, 0.35, 0.5, 0.65, 0.8] {
+    for roughness in [0.03f32, 0.1, 0.35, 0.8] {
         for nv in TILTS {
             let floor = tilted(roughness, nv);
             // As the view's middle: a pixel off it sees another n·v by 0.001.
@@ -134,7 +157,7 @@ fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
 
 fn loss(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::smallest();
-    for roughness in [0.0f32, 0.2, 0.5, 0.8, 0.9, 1.0] {
+    for roughness in [0.0f32, 0.5, 1.0] {
         for nv in TILTS {
             let shot = bench.render(
                 &format!("r={roughness} nv={nv}"),

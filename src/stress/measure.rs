@@ -57,6 +57,16 @@ pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture) -> f64 {
     sum(&|p| p.0 - p.1) / sum(&|p| p.1 - mean)
 }
 
+/// Mean of (x − y)²/(y² + ε), ε = (mean y/100)², over the pixels where the reference y is not black.
+pub fn relative_mse(x: &StereoPicture, y: &StereoPicture) -> f64 {
+    let lit: Vec<_> = texels(x).zip(texels(y)).filter(|(_, y)| *y != [0.0; 3]).collect();
+    let n = (3 * lit.len()).max(1) as f64;
+    let mean = lit.iter().flat_map(|(_, y)| y).sum::<f64>() / n;
+    let least = (0.01 * mean).powi(2).max(f64::MIN_POSITIVE);
+    let terms = lit.iter().flat_map(|(x, y)| [0, 1, 2].map(|c| (x[c] - y[c]).powi(2) / (y[c] * y[c] + least)));
+    terms.sum::<f64>() / n
+}
+
 /// Σx/Σy − 1 over the pixels where the reference y is not black.
 pub fn relative_bias(x: &StereoPicture, y: &StereoPicture) -> f64 {
     let lit = texels(x).zip(texels(y)).filter(|(_, y)| *y != [0.0; 3]);

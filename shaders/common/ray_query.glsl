@@ -1,0 +1,28 @@
+// Nearest intersection by VK_KHR_ray_query. Needs `ray_structure` (accelerationStructureEXT) from the includer and what
+// rays.glsl declares. Double-sided triangles lie in instances that the culling leaves alone; cut-out ones are not opaque
+// and are asked for their texture, as in the BVH's leaves.
+#ifndef RAY_QUERY_GLSL
+#define RAY_QUERY_GLSL
+
+// Twin: STEP in ray_structure.rs.
+const uint INSTANCE_STEP = 16u;
+
+Intersection intersect(vec3 origin, vec3 direction) {
+    const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | (HAS_MASK != 0u ? 0u : gl_RayFlagsOpaqueEXT);
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, ray_structure, flags, 0xffu, origin, 0.0, direction, FLT_MAX);
+    while (rayQueryProceedEXT(query)) {
+        if (rayQueryGetIntersectionTypeEXT(query, false) != gl_RayQueryCandidateIntersectionTriangleEXT) continue;
+        uint triangle = INSTANCE_STEP * uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, false))
+                      + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
+        if (uncut(triangle, rayQueryGetIntersectionBarycentricsEXT(query, false))) rayQueryConfirmIntersectionEXT(query);
+    }
+    if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) {
+        return Intersection(FLT_MAX, vec2(0.0), NO_TRIANGLE);
+    }
+    return Intersection(rayQueryGetIntersectionTEXT(query, true), rayQueryGetIntersectionBarycentricsEXT(query, true),
+                        INSTANCE_STEP * uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, true))
+                            + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, true)));
+}
+
+#endif

@@ -1,0 +1,209 @@
+//! The reference by the device's ray queries and by our BVH: one picture. Runs where `tests/xr/root` has a Vulkan driver
+//! with ray queries in software; this machine's own device need not have any.
+#![cfg(feature = "gpu")]
+
+mod pictures;
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use cyclopean::gpu::Gpu;
+use cyclopean::picture::StereoPicture;
+use cyclopean::render::{Method, Rendered, Renderer, Request, Settings, Trace};
+use cyclopean::scene::{self, Alpha, Fallback, Material, Scene, Texture, TextureRef, Wrap};
+use cyclopean::stress::shapes::{hall, place, upright};
+use glam::{DQuat, Mat3, Vec3};
+use pictures::{glowing, gpu, plane, settings, sphere};
+
+/// The hall with cut-out lattices, single- and double-sided, one of them mirrored: everything the two ways could see
+/// differently.
+fn lattices() -> Scene {
+    let mut scene = hall(0.3, 0.064);
+    let texels: Vec<u8> = (0..64).flat_map(|i| [255, 255, 255, if (i / 8 + i) % 2 == 0 { 255 } else { 0 }]).collect();
+    scene.textures.push(Texture {
+        name: "lattice".to_owned(),
+        width: 8,
+        height: 8,
+        rgba8: Arc::new(texels),
+        srgb: true,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        nearest: true,
+    });
+    let transform = Mat3::from_diagonal(Vec3::new(2.0, 2.0, 1.0));
+    let turned = upright() * DQuat::from_rotation_z(0.4);
+    for (i, (double_sided, scale_x, shape)) in
+        [(false, 1.0, plane(3)), (true, 1.0, plane(3)), (false, -1.0, plane(3)), (true, 0.4, sphere(8))]
+            .into_iter()
+            .enumerate()
+    {
+        let mut primitive = shape;
+        primitive.material = scene.materials.len();
+        let base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform });
+        let material = Material {
+            double_sided,
+            alpha: Alpha::Mask { cutoff: 0.5 },
+            base_color_texture,
+            ..glowing(Vec3::new(0.9, 0.2, 0.4))
+        };
+        scene.materials.push(Material { base_color: glam::Vec4::ONE, ..material });
+        let at = [1.0 * i as f64 - 1.6, 0.6, -1.2 - 0.3 * i as f64];
+        let world_from_object = place([scale_x, 1.0, 1.0], turned, at);
+        let primitive_index = scene.primitives.len();
+        scene.primitives.push(primitive);
+        scene.instances.push(scene::Instance {
+            primitive: primitive_index,
+            world_from_object,
+            previous_world_from_object: world_from_object,
+        });
+    }
+    scene
+}
+
+fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
+    let camera = scene.views[0].stereo_camera(settings.aspect());
+    let method = Method::parse(method).expect("a method");
+    let mut renderer = Renderer::new(gpu, Arc::clone(scene)).expect("uploaded");
+    let request = Request { camera: &camera, method: &method, settings, frames: 1 };
+    renderer.render(&request, &mut |_, _| Ok(())).expect("rendered without a message")
+}
+
+fn green(picture: &StereoPicture) -> impl Iterator<Item = f64> {
+    picture.eyes.iter().flatten().map(|t| f64::from(t[1]))
+}
+
+/// Million rays a second in the pass `name`.
+fn speed(r: &Rendered, name: &str) -> f64 {
+    let ms: f64 = r.passes.iter().filter(|p| p.name == name).map(|p| p.ms).sum();
+    r.counters.rays as f64 / ms / 1e3
+}
+
+/// Run by the test below inside the root; by itself it needs a device with ray queries.
+#[test]
+#[ignore = "run by `ray_queries_and_the_bvh_make_one_picture` on a device with ray queries"]
+fn inside() {
+    let gpu = gpu();
+    assert!(gpu.has_ray_query(), "{} has no ray queries", gpu.info().name);
+    let room = scene::load("room").expect("a built-in scene");
+    for (name, scene) in [("lattices", Arc::new(lattices())), ("room", Arc::new(room))] {
+        let by = |trace: Trace, seed: u32, method: &str| {
+            let settings = Settings { trace, seed, fallback: Some(Fallback::Probe), ..settings(96, 54) };
+            render(&gpu, &scene, method, &settings)
+        };
+        // The same rays: the same hits but where rounding puts one on the other side of an edge.
+        let (bvh, query) = (by(Trace::Bvh, 1, "path-traced@32"), by(Trace::Auto, 1, "path-traced@32"));
+        assert_eq!((bvh.way, query.way), (Some("bvh"), Some("ray-query")), "{name}");
+        let (a, b) = (bvh.counters.hits as f64, query.counters.hits as f64);
+        assert!(a > 1e3 && (a - b).abs() < 1e-4 * a, "{name}: {a} hits by the BVH, {b} by ray queries");
+        let differs = |(x, y): &(f64, f64)| (x - y).abs() > 0.01 * x.max(*y);
+        let pixels = green(&bvh.reflection).zip(green(&query.reflection));
+        let apart = pixels.filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
+        assert!(apart < 0.01, "{name}: {:.2} % of the pixels differ", 100.0 * apart);
+        // Other rays: within the standard errors of both.
+        let other = by(Trace::RayQuery, 2, "path-traced@32");
+        let (Some(ea), Some(eb)) = (&bvh.error, &other.error) else { panic!("the reference has a standard error") };
+        let pairs = green(&bvh.reflection).zip(green(&other.reflection)).zip(green(ea).zip(green(eb)));
+        // Where all paths agree (mirrors, black) the errors are rounding.
+        let z: Vec<f64> = pairs
+            .filter(|((x, _), (ex, ey))| ex.hypot(*ey) > 1e-3 * x.abs().max(1e-6))
+            .map(|((x, y), (ex, ey))| (x - y) / ex.hypot(ey))
+            .collect();
+        let n = z.len() as f64;
+        let mean = z.iter().sum::<f64>() / n;
+        let beyond = z.iter().filter(|z| z.abs() > 3.0).count() as f64 / n;
+        assert!(n > 500.0, "{name}: {n} pixels with noise");
+        assert!(mean.abs() < 4.0 / n.sqrt(), "{name}: mean of Δ/σ is {mean} over {n} pixels");
+        // 0.27 % of a normal law; few paths have heavier tails.
+        assert!(beyond < 0.03, "{name}: {:.2} % of {n} pixels lie beyond 3 σ", 100.0 * beyond);
+        // The other two shaders that ask the geometry.
+        for method in ["path-traced@2-resolved", "sssr"] {
+            let (x, y) = (by(Trace::Bvh, 1, method), by(Trace::RayQuery, 1, method));
+            let apart = green(&x.linear).zip(green(&y.linear)).filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
+            assert!(apart < 0.02, "{name}, {method}: {:.2} % of the pixels differ", 100.0 * apart);
+        }
+        println!(
+            "{name}: {:.3} % of the pixels apart with the same rays; with others {:.2} % beyond 3 σ, mean {mean:.4}; \
+             {:.2} million rays/s by the BVH, {:.2} by ray queries",
+            100.0 * apart,
+            100.0 * beyond,
+            speed(&bvh, "path_trace"),
+            speed(&query, "path_trace")
+        );
+    }
+    println!("both ways agree");
+}
+
+fn root(script: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/xr").join(script)
+}
+
+/// Whether there is a root; where skipping is forbidden its absence is a failure.
+fn is_there() -> bool {
+    let found = Command::new(root("root")).arg("--check").output().expect("tests/xr/root runs");
+    let why = String::from_utf8_lossy(&found.stderr).trim().to_owned();
+    if !found.status.success() {
+        let required =
+            ["CYCLOPEAN_REQUIRE_XR", "CI"].iter().any(|v| std::env::var_os(v).is_some_and(|v| v != "" && v != "0"));
+        assert!(!required, "{why}");
+        println!("skipped: {why}");
+    }
+    found.status.success()
+}
+
+fn run_inside(program: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(root("inside"));
+    command.arg(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.env("CYCLOPEAN_VALIDATION", "1").env("CYCLOPEAN_XR_BIND", program.parent().expect("a folder"));
+    command.output().expect("tests/xr/inside runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn ray_queries_and_the_bvh_make_one_picture() {
+    if !is_there() {
+        return;
+    }
+    let this = std::env::current_exe().expect("a path");
+    let done = run_inside(&this, &["--exact", "inside", "--ignored", "--nocapture"]);
+    let (out, log) = (text(&done.stdout), text(&done.stderr));
+    assert!(done.status.success() && out.contains("both ways agree"), "{out}\n{log}");
+    println!("{out}");
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let to = folder.path().display().to_string();
+    let render = ["render", "room", "-m", "path-traced@1", "--size", "32x18", "--json", "-o", &to];
+    let done = run_inside(Path::new(env!("CARGO_BIN_EXE_cyclopean")), &render);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    assert_eq!(report["trace"], "ray-query");
+}
+
+#[test]
+fn a_device_without_ray_queries_says_so_and_takes_the_bvh() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = |more: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_cyclopean"))
+            .args(["render", "room", "-m", "path-traced@1", "--size", "16x9", "--json", "-o"])
+            .arg(folder.path())
+            .args(more)
+            .env("CYCLOPEAN_VALIDATION", "1")
+            .output()
+            .expect("the program starts")
+    };
+    let by = |done: &Output| serde_json::from_slice::<serde_json::Value>(&done.stdout).expect("JSON")["trace"].clone();
+    assert_eq!(by(&run(&["--trace", "bvh"])), "bvh");
+    let auto = by(&run(&[]));
+    let asked = run(&["--trace", "ray-query"]);
+    if auto == "ray-query" {
+        assert!(asked.status.success(), "{}", text(&asked.stderr));
+    } else {
+        assert_eq!(asked.status.code(), Some(1));
+        let log = text(&asked.stderr);
+        assert!(log.contains("lacks ray queries") && !log.contains("validation"), "{log}");
+    }
+}
