@@ -46,6 +46,15 @@ pub struct DeviceInfo {
     pub vulkan: String,
 }
 
+/// Vulkan's own names for a device. Its one queue is queue 0 of the family.
+#[derive(Debug, Clone, Copy)]
+pub struct Handles {
+    pub instance: vk::Instance,
+    pub physical: vk::PhysicalDevice,
+    pub device: vk::Device,
+    pub queue_family: u32,
+}
+
 /// The open device. Everything made from it holds an `Rc` to it, so it goes last.
 pub struct Gpu {
     pub(super) device: ash::Device,
@@ -54,6 +63,7 @@ pub struct Gpu {
     pub(super) timestamp_period_ns: f32,
     pub(super) pipeline_cache: vk::PipelineCache,
     pub(super) limits: vk::PhysicalDeviceLimits,
+    physical: vk::PhysicalDevice,
     info: DeviceInfo,
     cache_file: Option<PathBuf>,
     allocator: ManuallyDrop<RefCell<Allocator>>,
@@ -90,7 +100,7 @@ impl Gpu {
             .position(|f| f.queue_flags.contains(both) && f.timestamp_valid_bits > 0)
             .ok_or_else(|| lacks("a queue for graphics and compute with timestamps"))? as u32;
 
-        let device = create_device(&instance, physical, creator, family, &lacks)?;
+        let device = create_device(&entry, &instance, physical, creator, family, &lacks)?;
         // SAFETY: the family was given one queue at creation.
         let queue = unsafe { device.get_device_queue(family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -124,6 +134,7 @@ impl Gpu {
             timestamp_period_ns: properties.limits.timestamp_period,
             pipeline_cache,
             limits: properties.limits,
+            physical,
             info,
             cache_file,
             allocator: ManuallyDrop::new(RefCell::new(allocator)),
@@ -137,6 +148,16 @@ impl Gpu {
     /// Name, kind, driver.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
+    }
+
+    /// What a runtime needs to be told of the device, alive as long as this is.
+    pub fn handles(&self) -> Handles {
+        Handles {
+            instance: self.instance.handle(),
+            physical: self.physical,
+            device: self.device.handle(),
+            queue_family: self.queue_family,
+        }
     }
 
     /// A software device: images are kept small and the program says so.
@@ -256,6 +277,7 @@ fn create_instance(entry: &ash::Entry, creator: &dyn Creator, options: &GpuOptio
 }
 
 fn create_device(
+    entry: &ash::Entry,
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
     creator: &dyn Creator,
@@ -277,7 +299,7 @@ fn create_device(
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
     let info =
         vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&wanted).push_next(&mut v13);
-    creator.create_device(instance, physical, &info)
+    creator.create_device(entry, instance, physical, &info)
 }
 
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, p: &vk::PhysicalDeviceProperties) -> DeviceInfo {

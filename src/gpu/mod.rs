@@ -14,7 +14,7 @@ mod texture;
 
 pub use access::Use;
 pub use buffer::Buffer;
-pub use context::{DeviceInfo, Gpu, GpuOptions};
+pub use context::{DeviceInfo, Gpu, GpuOptions, Handles};
 pub use create::{Creator, OwnDevice, list_devices};
 pub use frame::{Frame, PassTime};
 pub use image::{Image, ImageDesc};
@@ -40,6 +40,9 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call} failed: {result}")]
     Vulkan { call: &'static str, result: ash::vk::Result },
+    /// Whoever makes the device for us, such as an OpenXR runtime, refused.
+    #[error("{call} failed: {result}")]
+    Runtime { call: &'static str, result: String },
     /// Device memory could not be had.
     #[error("no device memory for {what} ({bytes} bytes): {reason}")]
     Memory { what: String, bytes: u64, reason: String },
