@@ -2,7 +2,10 @@
 //!
 //! A session's loop is `wait` → machine → `present`, once a frame; a display never decides what is shown.
 
+pub mod content;
 pub mod headless;
+#[cfg(feature = "gpu")]
+pub mod panel;
 
 use std::path::PathBuf;
 
