@@ -11,6 +11,11 @@ use super::WrongUsage;
 use super::study::find_study;
 use crate::console::Console;
 use crate::display::headless::Headless;
+#[cfg(feature = "gpu")]
+use crate::display::openxr::{self, OpenXr};
+use crate::display::{Display, DisplayInfo};
+#[cfg(feature = "gpu")]
+use crate::study::content::content;
 use crate::study::disk::Disk;
 use crate::study::freeze;
 use crate::study::session::{Ended, Options, Session};
@@ -85,16 +90,43 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     };
     let durability = if args.no_sync { Durability::Relaxed } else { Durability::Synced };
     let options = Options { kind, durability, frozen_sha256, disk: Disk::real() };
-    let info = Headless::information(args.hz);
-    let session = if args.resume {
-        ask_to_resume(&args, &study)?;
-        Session::resume(&study, &store, &args.sessions, &args.participant, &info, &options)?
+    match args.display {
+        DisplayKind::Headless => {
+            let session = begin(&args, &study, &store, &Headless::information(args.hz), &options)?;
+            let observer = session.simulated_observer(&study)?;
+            let mut display = Headless::new(args.hz, session.start_ns(), Box::new(observer));
+            report(session.run(&mut display)?, kind, console)
+        }
+        #[cfg(feature = "gpu")]
+        DisplayKind::Openxr => {
+            let mut display = OpenXr::open()?;
+            let session = begin(&args, &study, &store, Display::info(&display), &options)?;
+            let content = content(&study, session.plan(), session.setup(), kind)?;
+            display.prepare(content, session.setup(), session.start_ns());
+            console.note(openxr::KEYS);
+            let ended = session.run(&mut display);
+            console.note(display.pace().sentence());
+            display.gpu().check_validation()?;
+            report(ended?, kind, console)
+        }
+        _ => Err(WrongUsage("--display: this build has no such display; available: headless".to_owned()).into()),
+    }
+}
+
+/// A new session, or the participant's unfinished one.
+fn begin(
+    args: &Args,
+    study: &Study,
+    store: &Store,
+    display: &DisplayInfo,
+    options: &Options,
+) -> anyhow::Result<Session> {
+    Ok(if args.resume {
+        ask_to_resume(args, study)?;
+        Session::resume(study, store, &args.sessions, &args.participant, display, options)?
     } else {
-        Session::begin(&study, &store, &args.sessions, &args.participant, &info, &options)?
-    };
-    let observer = session.simulated_observer(&study)?;
-    let mut display = Headless::new(args.hz, session.start_ns(), Box::new(observer));
-    report(session.run(&mut display)?, kind, console)
+        Session::begin(study, store, &args.sessions, &args.participant, display, options)?
+    })
 }
 
 fn check_usage(args: &Args) -> anyhow::Result<()> {
@@ -114,9 +146,10 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         )
         .into()),
         DisplayKind::Headless => Ok(()),
-        DisplayKind::Desktop | DisplayKind::Openxr => {
-            Err(WrongUsage("--display: this build has no such display; available: headless".to_owned()).into())
+        _ if args.simulate => {
+            Err(WrongUsage("--simulate: simulated observers look at --display headless only".to_owned()).into())
         }
+        _ => Ok(()),
     }
 }
 

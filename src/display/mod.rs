@@ -5,6 +5,8 @@
 pub mod content;
 pub mod headless;
 #[cfg(feature = "gpu")]
+pub mod openxr;
+#[cfg(feature = "gpu")]
 pub mod panel;
 
 use std::path::PathBuf;
@@ -72,6 +74,8 @@ pub struct StimulusFiles {
     pub exr: PathBuf,
     /// Left and right half, display values.
     pub sbs_png: PathBuf,
+    /// Horizontal field of view per eye that it was rendered with, degrees; none where nobody says.
+    pub fov_deg: Option<f64>,
 }
 
 /// A display failed; the session is closed whole and can be resumed.

@@ -45,15 +45,6 @@ pub struct DeviceInfo {
     pub vulkan: String,
 }
 
-/// Vulkan's own names for a device. Its one queue is queue 0 of the family.
-#[derive(Debug, Clone, Copy)]
-pub struct Handles {
-    pub instance: vk::Instance,
-    pub physical: vk::PhysicalDevice,
-    pub device: vk::Device,
-    pub queue_family: u32,
-}
-
 /// The open device. Everything made from it holds an `Rc` to it, so it goes last.
 pub struct Gpu {
     pub(super) device: ash::Device,
@@ -63,7 +54,6 @@ pub struct Gpu {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) pipeline_cache: vk::PipelineCache,
     pub(super) limits: vk::PhysicalDeviceLimits,
-    physical: vk::PhysicalDevice,
     info: DeviceInfo,
     cache_file: Option<PathBuf>,
     /// Shared with libraries that draw with their own buffers (see [`Gpu::allocator`]).
@@ -136,7 +126,6 @@ impl Gpu {
             physical,
             pipeline_cache,
             limits: properties.limits,
-            physical,
             info,
             cache_file,
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
@@ -150,16 +139,6 @@ impl Gpu {
     /// Name, kind, driver.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
-    }
-
-    /// What a runtime needs to be told of the device, alive as long as this is.
-    pub fn handles(&self) -> Handles {
-        Handles {
-            instance: self.instance.handle(),
-            physical: self.physical,
-            device: self.device.handle(),
-            queue_family: self.queue_family,
-        }
     }
 
     /// A software device: images are kept small and the program says so.

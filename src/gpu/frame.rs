@@ -220,10 +220,11 @@ impl Frame {
             base_array_layer: 0,
             layer_count: from.desc().layers,
         };
-        let region = vk::ImageCopy::default()
-            .src_subresource(layers)
-            .dst_subresource(layers)
-            .extent(vk::Extent3D { width, height, depth: 1 });
+        let region = vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
         // SAFETY: both images are alive and have these layers (asserted); validation checks formats in tests.
         unsafe {
             self.gpu.device.cmd_copy_image(

@@ -15,7 +15,7 @@ mod texture;
 
 pub use access::Use;
 pub use buffer::Buffer;
-pub use context::{DeviceInfo, Gpu, GpuOptions, Handles};
+pub use context::{DeviceInfo, Gpu, GpuOptions};
 pub use create::{Creator, OwnDevice, list_devices};
 pub use foreign::{Canvas, UploadPool};
 pub use frame::{Frame, PassTime};

@@ -66,14 +66,18 @@ impl Runtime {
     fn find() -> Result<Runtime, DisplayError> {
         // SAFETY: loading the system's OpenXR loader runs its initialisers, which the system vouches for.
         let entry = unsafe { xr::Entry::load(&()) }.map_err(|_| {
-            failure(format!("there is no OpenXR loader ({LOADER}); `cyclopean doctor` names the package that brings it"))
+            failure(format!(
+                "there is no OpenXR loader ({LOADER}); `cyclopean doctor` names the package that brings it"
+            ))
         })?;
         let no_runtime = |result: xr::sys::Result| {
             let place = match std::env::var("XR_RUNTIME_JSON") {
                 Ok(file) => format!(" (XR_RUNTIME_JSON={file})"),
                 Err(_) => String::new(),
             };
-            failure(format!("no OpenXR runtime answers{place}: {result:?}; start your headset's software, and see `cyclopean doctor`"))
+            failure(format!(
+                "no OpenXR runtime answers{place}: {result:?}; start your headset's software, and see `cyclopean doctor`"
+            ))
         };
         let there = entry.enumerate_extensions().map_err(no_runtime)?;
         if !there.khr_vulkan_enable2 {
@@ -128,11 +132,10 @@ impl Runtime {
 
     /// The runtime's clock now; none where it cannot be asked.
     pub(super) fn now_ns(&self) -> Option<i64> {
-        let asked = if cfg!(windows) {
-            self.instance.exts().khr_win32_convert_performance_counter_time.is_some()
-        } else {
-            self.instance.exts().khr_convert_timespec_time.is_some()
-        };
+        #[cfg(windows)]
+        let asked = self.instance.exts().khr_win32_convert_performance_counter_time.is_some();
+        #[cfg(not(windows))]
+        let asked = self.instance.exts().khr_convert_timespec_time.is_some();
         asked.then(|| self.instance.now().ok()).flatten().map(xr::Time::as_nanos)
     }
 }
