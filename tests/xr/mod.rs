@@ -8,6 +8,7 @@
 pub mod journal;
 pub mod participant;
 pub mod remote;
+pub mod window;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
