@@ -68,3 +68,26 @@ fn read_xwd(bytes: &[u8]) -> RgbImage {
         image::Rgb(if is_big == 1 { [p[1], p[2], p[3]] } else { [p[2], p[1], p[0]] })
     })
 }
+
+/// Centres of the spots whose colour `is_spot` takes, in reading order of columns: x, then y; pixels.
+pub fn spots(picture: &RgbImage, is_spot: impl Fn([u8; 3]) -> bool) -> Vec<(f64, f64)> {
+    let mut groups: Vec<Vec<(f64, f64)>> = Vec::new();
+    for (x, y, p) in picture.enumerate_pixels() {
+        if !is_spot(p.0) {
+            continue;
+        }
+        let at = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let near = |g: &&mut Vec<(f64, f64)>| g.iter().any(|q| (q.0 - at.0).abs() < 3.0 && (q.1 - at.1).abs() < 3.0);
+        match groups.iter_mut().find(near) {
+            Some(group) => group.push(at),
+            None => groups.push(vec![at]),
+        }
+    }
+    let mean = |g: &Vec<(f64, f64)>| {
+        let n = g.len() as f64;
+        (g.iter().map(|p| p.0).sum::<f64>() / n, g.iter().map(|p| p.1).sum::<f64>() / n)
+    };
+    let mut centres: Vec<_> = groups.iter().map(mean).collect();
+    centres.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    centres
+}
