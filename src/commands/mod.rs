@@ -5,6 +5,8 @@
 #[cfg(feature = "gpu")]
 mod demo;
 #[cfg(feature = "gpu")]
+mod desk;
+#[cfg(feature = "gpu")]
 mod device;
 #[cfg(feature = "gpu")]
 mod doctor;

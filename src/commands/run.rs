@@ -10,10 +10,14 @@ use cyclopean_analysis::journal::record::{Kind, Outcome};
 use super::WrongUsage;
 use super::study::find_study;
 use crate::console::Console;
+use crate::display::DisplayInfo;
 use crate::display::headless::Headless;
 #[cfg(feature = "gpu")]
-use crate::display::openxr::{self, OpenXr};
-use crate::display::{Display, DisplayInfo};
+use crate::display::{
+    Display,
+    desktop::{Desktop, DesktopOptions},
+    openxr::{self, OpenXr},
+};
 #[cfg(feature = "gpu")]
 use crate::study::content::content;
 use crate::study::disk::Disk;
@@ -56,13 +60,20 @@ pub struct Args {
     /// Refuse when anything differs from this frozen study.
     #[arg(long, value_name = "FOLDER")]
     frozen: Option<PathBuf>,
-    /// Rate that a headless display pretends to have, Hz.
-    #[arg(long, default_value_t = 90.0)]
-    hz: f64,
+    /// Refresh rate, Hz: what a headless display pretends to have (90 by default), or what a monitor has that does not
+    /// say it, or says it wrongly.
+    #[arg(long)]
+    hz: Option<f64>,
     /// Do not wait for the disk; simulated observers only.
     #[arg(long, requires = "simulate")]
     no_sync: bool,
+    #[cfg(feature = "gpu")]
+    #[command(flatten)]
+    desk: super::desk::DeskArgs,
 }
+
+/// A headless display's rate, Hz.
+const HEADLESS_HZ: f64 = 90.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DisplayKind {
@@ -90,43 +101,45 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     };
     let durability = if args.no_sync { Durability::Relaxed } else { Durability::Synced };
     let options = Options { kind, durability, frozen_sha256, disk: Disk::real() };
-    match args.display {
+    if args.resume {
+        ask_to_resume(&args, &study)?;
+    }
+    let begin = |info: &DisplayInfo| -> anyhow::Result<Session> {
+        let start = if args.resume { Session::resume } else { Session::begin };
+        Ok(start(&study, &store, &args.sessions, &args.participant, info, &options)?)
+    };
+    let ended = match args.display {
         DisplayKind::Headless => {
-            let session = begin(&args, &study, &store, &Headless::information(args.hz), &options)?;
+            let hz = args.hz.unwrap_or(HEADLESS_HZ);
+            let session = begin(&Headless::information(hz))?;
             let observer = session.simulated_observer(&study)?;
-            let mut display = Headless::new(args.hz, session.start_ns(), Box::new(observer));
-            report(session.run(&mut display)?, kind, console)
+            let mut display = Headless::new(hz, session.start_ns(), Box::new(observer));
+            session.run(&mut display)?
+        }
+        #[cfg(feature = "gpu")]
+        DisplayKind::Desktop => {
+            let mut display = Desktop::open(DesktopOptions { hz: args.hz, ..args.desk.options() })?;
+            let session = begin(display.info())?;
+            let content = content(&study, session.plan(), session.setup(), kind)?;
+            display.begin(content, session.start_ns())?;
+            session.run(&mut display)?
         }
         #[cfg(feature = "gpu")]
         DisplayKind::Openxr => {
             let mut display = OpenXr::open()?;
-            let session = begin(&args, &study, &store, Display::info(&display), &options)?;
+            let session = begin(display.info())?;
             let content = content(&study, session.plan(), session.setup(), kind)?;
-            display.prepare(content, session.setup(), session.start_ns());
+            display.begin(content, session.setup(), session.start_ns());
             console.note(openxr::KEYS);
             let ended = session.run(&mut display);
             console.note(display.pace().sentence());
             display.gpu().check_validation()?;
-            report(ended?, kind, console)
+            ended?
         }
-        _ => Err(WrongUsage("--display: this build has no such display; available: headless".to_owned()).into()),
-    }
-}
-
-/// A new session, or the participant's unfinished one.
-fn begin(
-    args: &Args,
-    study: &Study,
-    store: &Store,
-    display: &DisplayInfo,
-    options: &Options,
-) -> anyhow::Result<Session> {
-    Ok(if args.resume {
-        ask_to_resume(args, study)?;
-        Session::resume(study, store, &args.sessions, &args.participant, display, options)?
-    } else {
-        Session::begin(study, store, &args.sessions, &args.participant, display, options)?
-    })
+        #[cfg(not(feature = "gpu"))]
+        other => return Err(WrongUsage(format!("--display {other:?}: this build has no such display")).into()),
+    };
+    report(ended, kind, console)
 }
 
 fn check_usage(args: &Args) -> anyhow::Result<()> {
@@ -137,8 +150,8 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         ))
         .into());
     }
-    if !(1.0..=1000.0).contains(&args.hz) {
-        return Err(WrongUsage(format!("--hz: {} is not within 1 to 1000", args.hz)).into());
+    if let Some(hz) = args.hz.filter(|hz| !(1.0..=1000.0).contains(hz)) {
+        return Err(WrongUsage(format!("--hz: {hz} is not within 1 to 1000")).into());
     }
     match args.display {
         DisplayKind::Headless if !args.simulate => Err(WrongUsage(
@@ -147,7 +160,7 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         .into()),
         DisplayKind::Headless => Ok(()),
         _ if args.simulate => {
-            Err(WrongUsage("--simulate: simulated observers look at --display headless only".to_owned()).into())
+            Err(WrongUsage("--simulate: simulated observers sit at `--display headless` alone".to_owned()).into())
         }
         _ => Ok(()),
     }

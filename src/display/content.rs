@@ -26,6 +26,8 @@ pub struct Content {
     /// Both eyes see one flat picture: the reference, and the test image mirrored about its vertical axis.
     pub is_mirrored_pair: bool,
     pub geometry: Geometry,
+    /// Stimuli are called A and B, by a letter below them.
+    pub has_letters: bool,
     pub blank: Blank,
     /// Stimuli: pixels per eye.
     pub stimulus_px: [u32; 2],

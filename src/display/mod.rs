@@ -3,11 +3,15 @@
 //! A session's loop is `wait` → machine → `present`, once a frame; a display never decides what is shown.
 
 pub mod content;
+#[cfg(feature = "gpu")]
+pub mod desktop;
 pub mod headless;
 #[cfg(feature = "gpu")]
 pub mod openxr;
 #[cfg(feature = "gpu")]
 pub mod panel;
+#[cfg(feature = "gpu")]
+mod shaders;
 
 use std::path::PathBuf;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use cyclopean_analysis::journal::record::{Kind, Purpose};
 
-use super::definition::{EyeName, Layout};
+use super::definition::{EyeName, Layout, Task};
 use super::language::{Language, LanguageError};
 use super::plan::Plan;
 use super::protocol::{Input, Page, Setup};
@@ -33,6 +33,7 @@ pub fn content(study: &Study, plan: &Plan, setup: &Setup, kind: Kind) -> Result<
         presentations: presentations(plan),
         is_mirrored_pair: definition.layout == Layout::MirroredPair,
         geometry: definition.geometry,
+        has_letters: definition.task == Task::Compare,
         blank: Blank { grey: definition.blank.grey, fixation: definition.blank.fixation },
         stimulus_px: [definition.stimuli.width_px, definition.stimuli.height_px],
         stimulus_fov_deg: definition.stimuli.horizontal_fov_deg,

@@ -64,7 +64,7 @@ pub struct OpenXr {
     headset: Headset,
     info: DisplayInfo,
     warm_up: WarmUp,
-    /// What [`OpenXr::prepare`] was given, until [`Display::load`] takes it.
+    /// What [`OpenXr::begin`] was given, until [`Display::load`] takes it.
     coming: Option<Coming>,
     clock: Clock,
     operator: Receiver<Key>,
@@ -124,7 +124,7 @@ impl OpenXr {
     }
 
     /// What the session that comes can show, and the session clock it goes on from; before [`Display::load`].
-    pub fn prepare(&mut self, content: Content, setup: &Setup, start_ns: u64) {
+    pub fn begin(&mut self, content: Content, setup: &Setup, start_ns: u64) {
         let mut pairs = BTreeSet::new();
         if content.is_mirrored_pair {
             for presentation in 0..setup.presentations.len() as u32 {
@@ -265,7 +265,7 @@ impl Display for OpenXr {
 
     fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
         let Some(Coming { content, pairs, start_ns }) = self.coming.take() else {
-            return Err(failure("nothing was prepared for it"));
+            return Err(failure("no session has begun"));
         };
         let (eyes, arcsec_per_px) = (self.warm_up.eyes, self.info.arcsec_per_px);
         self.stage = Some(Stage::new(&self.headset, content, stimuli, &pairs, eyes, arcsec_per_px)?);

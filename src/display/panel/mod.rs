@@ -72,6 +72,7 @@ pub struct Panel {
     context: egui::Context,
     px_per_degree: f32,
     shows_keys: bool,
+    dot_px: usize,
     /// Left and right stereogram, kept while their screen is.
     dots: Option<(usize, [egui::TextureHandle; 2])>,
     renderer: Renderer<GpuAllocator>,
@@ -101,7 +102,12 @@ impl Panel {
         let renderer =
             Renderer::with_gpu_allocator(gpu.allocator(), gpu.device().clone(), mode, options).map_err(failed)?;
         let uploads = UploadPool::new(gpu)?;
-        Ok(Panel { context, px_per_degree, shows_keys, dots: None, renderer, uploads, gpu: Rc::clone(gpu) })
+        Ok(Panel { context, px_per_degree, shows_keys, dot_px: 1, dots: None, renderer, uploads, gpu: Rc::clone(gpu) })
+    }
+
+    /// A stereogram's dot is so many pixels wide and high.
+    pub fn set_dot_px(&mut self, dot_px: usize) {
+        (self.dot_px, self.dots) = (dot_px.max(1), None);
     }
 
     /// An image that [`Panel::draw`] can draw into.
@@ -135,6 +141,7 @@ impl Panel {
             size,
             px_per_degree: self.px_per_degree,
             shows_keys: self.shows_keys,
+            dot_px: self.dot_px,
             dots,
         };
         let drawn = sheet.draw();
@@ -181,7 +188,11 @@ impl Panel {
         }
         self.dots = content.dots.get(at).map(|dots| {
             let texture = |eye: usize| {
-                let image = egui::ColorImage::from_gray([dots.size, dots.size], &dots.eyes[eye]);
+                // Enlarged here: the renderer's own sampler would smooth.
+                let (n, side) = (self.dot_px, self.dot_px * dots.size);
+                let texel = |i: usize| dots.eyes[eye][i / side / n * dots.size + i % side / n];
+                let bytes: Vec<u8> = (0..side * side).map(texel).collect();
+                let image = egui::ColorImage::from_gray([side, side], &bytes);
                 self.context.load_texture(["dots left", "dots right"][eye], image, egui::TextureOptions::NEAREST)
             };
             (at, [texture(0), texture(1)])

@@ -18,6 +18,7 @@ pub(super) struct Sheet<'a> {
     pub size: Vec2,
     pub px_per_degree: f32,
     pub shows_keys: bool,
+    pub dot_px: usize,
     /// The left eye's stereogram.
     pub dots: Option<egui::TextureId>,
 }
@@ -158,7 +159,7 @@ impl Sheet<'_> {
         vec![
             Block::Text { galley: question, column: None },
             Block::Gap(1.2 * brush.em),
-            Block::Dots { size: dots.size as f32, texture, corners },
+            Block::Dots { size: (self.dot_px * dots.size) as f32, texture, corners },
         ]
     }
 
