@@ -10,12 +10,13 @@ use std::time::Duration;
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::sha256_hex;
 use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
-use cyclopean_analysis::journal::collect;
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record, Trust};
+use cyclopean_analysis::journal::{SessionVotes, collect};
 use lab::{Lab, rate};
 use xr::journal::Tail;
 use xr::participant::Participant;
 use xr::window::{Window, spots};
+use xr::witness::Witness;
 use xr::{Compositor, Service, wait_for};
 
 /// `cyclopean run … --display openxr` in the root.
@@ -84,39 +85,231 @@ fn journal(lab: &Lab) -> PathBuf {
     lab.journal("p1", "001")
 }
 
-#[test]
-fn a_rating_study_answered_with_the_stick() {
-    if !xr::is_there() {
-        return;
-    }
-    let mut study = wide(rate(&["pica"], 1), 60.0);
-    study["consent"] =
-        serde_json::json!({"version": "1", "purpose": "a test", "retain_until": "2030-01-01", "text": "Do you agree?"});
-    let lab = Lab::new(&study);
+/// A whole session on the null compositor, answered as `choice` says; what the journal must say of it in any study.
+///
+/// `layers`: how many a frame has that shows a stimulus, which no other screen has.
+fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, u32) -> u32) -> (Lab, SessionVotes) {
+    let lab = Lab::new(study);
     let service = Service::start(Compositor::Null);
     let remote = service.remote();
-    let mut run = Run::start(&service, &lab, &[], &[]);
-    let choice = |presentation: u32, _: u32| (presentation * 2 + 1) % 5;
-    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), 5, &choice);
+    let witness = Witness::in_folder(service.folder.path());
+    let environment = witness.environment();
+    let environment: Vec<(&str, &str)> = environment.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    let mut run = Run::start(&service, &lab, &[], &environment);
+    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), choice);
     assert_eq!(participant.take_part(), Outcome::Completed);
     let (code, said) = run.end();
     assert_eq!(code, 0, "{said}");
-    let votes = collect(&journal(&lab)).unwrap();
-    assert_eq!((votes.kind, votes.votes.len()), (Kind::Real, 2));
-    let answers: Vec<(u32, u32, u32)> = Tail::of(&journal(&lab))
-        .all()
+    assert!(!said.contains("vulkan validation"), "{said}");
+    assert!(said.contains(", 0 by us;"), "{said}");
+    assert_eq!(witness.complaints(), Vec::<String>::new());
+
+    let entries = Tail::of(&journal(&lab)).all();
+    let answers: Vec<(u32, u32, u32)> = entries
         .iter()
         .filter_map(|e| match &e.record {
             Record::Answer(a) => Some((a.presentation, a.attempt, a.choice)),
             _ => None,
         })
         .collect();
-    assert_eq!(answers, [(0, 0, 1), (1, 0, 3), (2, 0, 0)]);
     assert_eq!(participant.answered, answers);
+    for (presentation, attempt, answer) in &answers {
+        assert_eq!(*answer, choice(*presentation, *attempt));
+    }
+    // Frame by frame what an independent witness saw.
+    let presentations: Vec<_> =
+        entries.iter().filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None }).collect();
+    let runs = witness.runs(layers);
+    assert_eq!(runs.len(), presentations.len(), "{runs:?}");
+    let mut clocks = Vec::new();
+    for (p, (frames, first, last)) in presentations.iter().zip(&runs) {
+        assert!(p.invalid.is_empty(), "{p:?}");
+        assert_eq!(p.segments.iter().map(|s| s.frames_shown).sum::<u64>(), *frames, "{p:?}");
+        let (begun, ended) = (p.segments[0].first_ns as i64, p.segments[p.segments.len() - 1].last_ns as i64);
+        assert_eq!(ended - begun, last - first, "{p:?}");
+        for segment in &p.segments {
+            assert_eq!(segment.frames_shown, segment.frames_asked, "{p:?}");
+        }
+        clocks.push(first - begun);
+    }
+    assert!(clocks.windows(2).all(|w| w[0] == w[1]), "one clock: {clocks:?}");
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.kind, votes.outcome), (Kind::Real, Some(Outcome::Completed)));
     let display = &votes.header.display;
     assert_eq!((display.kind.as_str(), display.trust, display.nominal_hz), ("openxr", Trust::Predicted, 20.0));
     assert!((display.ipd_m.unwrap() - 0.064).abs() < 1e-5, "{display:?}");
     assert!((display.fov_deg.unwrap()[1][0] - 49.85).abs() < 0.01, "{display:?}");
+    (lab, votes)
+}
+
+#[test]
+fn a_rating_study_with_questionnaires_and_screening() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["consent"] =
+        serde_json::json!({"version": "1", "purpose": "a test", "retain_until": "2030-01-01", "text": "Do you agree?"});
+    study["questionnaires"] = serde_json::json!(["person"]);
+    study["head_poses"] = true.into();
+    let choice = |presentation: u32, _: u32| (presentation * 2 + 1) % 5;
+    // The ground, and a picture an eye.
+    let (lab, votes) = whole_session(&study, 3, &choice);
+    assert_eq!(votes.votes.len(), 2);
+    let poses = std::fs::read_to_string(journal(&lab).with_extension("poses.jsonl")).unwrap();
+    let seen = poses.lines().filter(|l| l.contains("orientation")).count();
+    assert!(seen > 200, "{seen} head poses");
+}
+
+#[test]
+fn a_comparison_in_stereo_toggles_in_whole_frames() {
+    if !xr::is_there() {
+        return;
+    }
+    let choice = |presentation: u32, _: u32| presentation % 3;
+    // The ground, a picture an eye, the letter.
+    let (_lab, votes) = whole_session(&wide(compare(), 60.0), 4, &choice);
+    assert_eq!(votes.votes.len(), 2);
+}
+
+#[test]
+fn a_mirrored_comparison_is_answered_too() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(compare(), 60.0);
+    study["layout"] = "mirrored-pair".into();
+    study["conditions"]["cross"]["reference"] = "path-traced".into();
+    study["conditions"]["cross"]["eye"] = serde_json::json!(["left", "right"]);
+    let choice = |presentation: u32, _: u32| (presentation + 1) % 3;
+    // The ground, the pair, the letter.
+    let (_lab, votes) = whole_session(&study, 3, &choice);
+    assert_eq!(votes.votes.len(), 4);
+}
+
+#[test]
+fn a_service_killed_in_a_trial_leaves_a_session_that_goes_on() {
+    if !xr::is_there() {
+        return;
+    }
+    let lab = Lab::new(&wide(rate(&["pica"], 1), 60.0));
+    let mut service = Service::start(Compositor::Null);
+    let choice = |_: u32, _: u32| 2;
+    {
+        let remote = service.remote();
+        let mut run = Run::start(&service, &lab, &[], &[]);
+        let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
+        participant.until(|r| matches!(r, Record::Begin(b) if b.presentation == 1).then_some(()));
+        std::thread::sleep(Duration::from_millis(1200));
+        service.kill();
+        let (code, said) = run.end();
+        assert_eq!(code, 1, "{said}");
+        let last = said.lines().rfind(|l| l.starts_with("error: ")).unwrap_or_else(|| panic!("{said}"));
+        assert!(last.contains("the OpenXR runtime is gone") && last.contains("--resume"), "{said}");
+    }
+    service.restart();
+    let remote = service.remote();
+    let before = Tail::of(&journal(&lab)).all().len();
+    assert!(before > 10);
+    let mut run = Run::start(&service, &lab, &["--resume", "--yes"], &[]);
+    let mut tail = Tail::of(&journal(&lab));
+    tail.next("resumed", Duration::from_secs(60), |r| matches!(r, Record::Resume(_)).then_some(()));
+    let mut participant = Participant::new(&remote, tail, &choice);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    assert_eq!(run.end().0, 0);
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.votes.len(), votes.missing.len()), (2, 0));
+    let begun: Vec<(u32, u32)> = Tail::of(&journal(&lab))
+        .all()
+        .iter()
+        .filter_map(|e| if let Record::Begin(b) = &e.record { Some((b.presentation, b.attempt)) } else { None })
+        .collect();
+    assert_eq!(begun, [(0, 0), (1, 0), (1, 1), (2, 0)]);
+}
+
+#[test]
+fn a_headset_taken_off_pauses_and_the_trial_comes_again() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 6.0}]);
+    study["practice"] = serde_json::json!([]);
+    let lab = Lab::new(&study);
+    let other = Lab::new(&study);
+    let service = Service::start(Compositor::Null);
+    let remote = service.remote();
+    let mut run = Run::start(&service, &lab, &[], &[]);
+    let choice = |_: u32, _: u32| 2;
+    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
+    participant.until(|r| matches!(r, Record::Begin(_)).then_some(()));
+    std::thread::sleep(Duration::from_millis(1500));
+    // Another program comes to the front: the runtime shows that one, as it would its own menu.
+    let mut second = Run::start(&service, &other, &[], &[]);
+    let show = |client: &str| {
+        let output = service.inside(&["monado-ctl", "-p", client]).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let mut tail = Tail::of(&journal(&other));
+    tail.next("the second session", Duration::from_secs(60), |r| matches!(r, Record::Phase(_)).then_some(()));
+    let listed = String::from_utf8_lossy(&service.inside(&["monado-ctl"]).output().unwrap().stdout).into_owned();
+    eprintln!("{listed}");
+    show("2");
+    let reason = participant.tail.next("a pause", Duration::from_secs(20), |r| match r {
+        Record::Pause(pause) => Some(pause.reason.clone()),
+        _ => None,
+    });
+    assert_eq!(reason, "not-seen");
+    second.operator("q");
+    assert_eq!(second.end().0, 0);
+    show("1");
+    std::thread::sleep(Duration::from_secs(1));
+    participant.press_until_written(None);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    assert_eq!(run.end().0, 0);
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.votes.len(), votes.missing.len()), (2, 0));
+    let interrupted =
+        Tail::of(&journal(&lab)).all().iter().filter(|e| matches!(e.record, Record::Interrupted(_))).count();
+    assert_eq!(interrupted, 1);
+}
+
+#[test]
+fn what_is_missing_is_named_in_one_sentence() {
+    let lab = Lab::new(&wide(rate(&["pica"], 1), 60.0));
+    let args = ["run", "study.json", "--participant", "p1", "--display", "openxr"];
+    let one_sentence = |output: std::process::Output, words: &[&str]| {
+        let said = lab::stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        assert!(words.iter().all(|w| said.contains(w)), "{said}");
+        assert!(!lab.sessions().exists());
+    };
+    // A loader that knows of no runtime, or no loader at all: whichever this machine has.
+    let mut here = lab.command(&args);
+    here.env("XR_RUNTIME_JSON", "/nowhere/runtime.json").stdin(Stdio::null());
+    one_sentence(here.output().unwrap(), &["cyclopean doctor"]);
+    if !xr::is_there() {
+        return;
+    }
+    let mut service = Service::start(Compositor::Null);
+    service.kill();
+    let mut args = args.to_vec();
+    args.insert(0, env!("CARGO_BIN_EXE_cyclopean"));
+    let mut command = service.inside(&args);
+    command.current_dir(lab.dir.path()).stdin(Stdio::null());
+    one_sentence(command.output().unwrap(), &["no OpenXR runtime answers", "cyclopean doctor"]);
+    // A picture wider than the view.
+    service.restart();
+    let remote = service.remote();
+    remote.set(|hands| hands.fov = [-0.4, 0.4, 0.4, -0.4]);
+    std::thread::sleep(Duration::from_millis(500));
+    let mut command = service.inside(&args);
+    command.current_dir(lab.dir.path()).stdin(Stdio::null());
+    let output = command.output().unwrap();
+    let said = lab::stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("spans 60°") && said.contains("horizontal_fov_deg"), "{said}");
 }
 
 /// Stimuli of known marks: a grey ground, and squares of eight texels in a colour that tells the eye.
@@ -251,10 +444,10 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     assert_spots("left", mark(0), spots(&seen, red));
     assert_spots("right", mark(1), spots(&seen, blue));
     let choice = |_: u32, _: u32| 2;
-    let mut participant = Participant::new(&shown.remote, shown.tail, 5, &choice);
+    let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
     participant.until(|r| matches!(r, Record::Presentation(_)).then_some(()));
     std::thread::sleep(Duration::from_secs(3));
-    shown.window.keep("stereo-panel");
+    let panel = shown.window.keep("stereo-panel");
     // Whoever looks elsewhere and centres the view has the same picture again.
     shown.remote.set(|h| {
         h.head = [0.0, 0.3f32.sin(), 0.0, 0.3f32.cos(), 0.4, 1.5, 0.2];
@@ -262,7 +455,8 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     std::thread::sleep(Duration::from_millis(500));
     shown.run.operator("r");
     std::thread::sleep(Duration::from_secs(1));
-    shown.window.keep("stereo-panel-centred");
+    let again = shown.window.keep("stereo-panel-centred");
+    assert!(panel == again, "a centred view is the same view");
 }
 
 #[test]

@@ -9,6 +9,7 @@ pub mod journal;
 pub mod participant;
 pub mod remote;
 pub mod window;
+pub mod witness;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -13,7 +13,6 @@ pub struct Participant<'a> {
     pub tail: Tail,
     /// The choice for presentation, attempt.
     pub choice: &'a dyn Fn(u32, u32) -> u32,
-    pub choices: u32,
     /// Confirmed: (presentation, attempt, choice).
     pub answered: Vec<(u32, u32, u32)>,
 }
@@ -22,8 +21,8 @@ pub struct Participant<'a> {
 const PATIENCE: Duration = Duration::from_secs(60);
 
 impl<'a> Participant<'a> {
-    pub fn new(remote: &'a Remote, tail: Tail, choices: u32, choice: &'a dyn Fn(u32, u32) -> u32) -> Participant<'a> {
-        Participant { remote, tail, choice, choices, answered: Vec::new() }
+    pub fn new(remote: &'a Remote, tail: Tail, choice: &'a dyn Fn(u32, u32) -> u32) -> Participant<'a> {
+        Participant { remote, tail, choice, answered: Vec::new() }
     }
 
     /// Until the session ends.
