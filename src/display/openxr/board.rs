@@ -20,7 +20,6 @@ const PAGE_DEG: [f64; 2] = [58.0, 44.0];
 
 /// One quad of words: an image that the panel draws into, and the texture the compositor reads.
 pub(super) struct Board {
-    panel: Panel,
     image: Image,
     texture: Texture,
     pub size_m: (f32, f32),
@@ -50,28 +49,33 @@ impl Size {
 }
 
 impl Board {
-    pub fn new(headset: &Headset, content: &Content, size: Size) -> Result<Board, DisplayError> {
+    /// Nothing on it yet; `pen` draws at the size's pixels per degree.
+    pub fn new(headset: &Headset, pen: &Panel, size: Size) -> Result<Board, DisplayError> {
         let size_m = [0, 1].map(|i| place::size_m(size.deg[i], 1.0, SCREEN_M).0);
         // A pixel in the middle subtends exactly what it should; towards the edges of a flat quad less.
         let px_m = f64::from(SCREEN_M) * (1.0 / size.px_per_deg).to_radians();
         let largest = headset.runtime.max_side_px.min(4096);
         let px = size_m.map(|m| ((f64::from(m) / px_m).round() as u32).clamp(16, largest));
-        let panel =
-            Panel::new(&headset.gpu, size.px_per_deg as f32, content.font.as_deref(), false).map_err(from_gpu)?;
-        let image = panel.image(px[0], px[1]).map_err(from_gpu)?;
+        let image = pen.image(px[0], px[1]).map_err(from_gpu)?;
         let shape = Shape { width: px[0], height: px[1], layers: 2, is_still: false };
         let texture = Texture::new(&headset.session, &headset.gpu, shape)?;
         let size_m = [0, 1].map(|i| (f64::from(px[i]) * px_m) as f32);
         let drawn = Drawn::default();
-        Ok(Board { panel, image, texture, size_m: (size_m[0], size_m[1]), px: (px[0], px[1]), shown: None, drawn })
+        Ok(Board { image, texture, size_m: (size_m[0], size_m[1]), px: (px[0], px[1]), shown: None, drawn })
     }
 
     /// Draws a view, unless it is there already.
-    pub fn show(&mut self, headset: &Headset, content: &Content, view: View) -> Result<(), DisplayError> {
+    pub fn show(
+        &mut self,
+        headset: &Headset,
+        pen: &mut Panel,
+        content: &Content,
+        view: View,
+    ) -> Result<(), DisplayError> {
         if self.shown.as_ref() == Some(&view) {
             return Ok(());
         }
-        self.drawn = self.panel.draw(content, &view, &self.image).map_err(from_gpu)?;
+        self.drawn = pen.draw(content, &view, &self.image).map_err(from_gpu)?;
         let image = &self.image;
         self.texture.write(&headset.gpu, |frame, target| frame.copy_texels(image, target))?;
         self.shown = Some(view);
@@ -121,11 +125,9 @@ impl Board {
     }
 }
 
-/// A board that is drawn once, for a screen that never changes.
-pub(super) fn fixed(headset: &Headset, content: &Content, size: Size, view: View) -> Result<Board, DisplayError> {
-    let mut board = Board::new(headset, content, size)?;
-    board.show(headset, content, view)?;
-    Ok(board)
+/// What draws words at a size's pixels per degree.
+pub(super) fn pen(headset: &Headset, content: &Content, size: Size) -> Result<Panel, DisplayError> {
+    Panel::new(&headset.gpu, size.px_per_deg as f32, content.font.as_deref(), false).map_err(from_gpu)
 }
 
 /// The index of a screen's content is beyond what the study has.

@@ -199,6 +199,7 @@ impl Headset {
             drawing_ns,
             ours_ns: due.waited.elapsed().as_nanos() as u64,
             is_empty: bases.is_empty(),
+            is_stimulus: layers.is_stimulus,
         });
         Ok(())
     }
@@ -284,6 +285,8 @@ impl Headset {
 pub(super) struct Layers<'a> {
     pub projections: Vec<(&'a xr::Space, [xr::CompositionLayerProjectionView<'a, xr::Vulkan>; 2])>,
     pub quads: Vec<xr::CompositionLayerQuad<'a, xr::Vulkan>>,
+    /// A picture of the study is among them.
+    pub is_stimulus: bool,
 }
 
 impl EyeView {

@@ -30,8 +30,10 @@ pub struct Pace {
     pub empty: u64,
     /// Periods that passed without a frame of ours (Σ round(Δ/period) − 1), by predicted display times.
     pub missed: u64,
-    /// Of the missed: our part of the frame before (from the end of waiting to the end of `xrEndFrame`) took longer
-    /// than a period.
+    /// Of the missed: those while a picture of the study stood.
+    pub missed_in_stimuli: u64,
+    /// Of these: our part of the frame before (from the end of waiting to the end of `xrEndFrame`) took longer than a
+    /// period. (While words are drawn afresh a slow device may miss one; nothing is timed then.)
     pub missed_by_us: u64,
     /// From `xrBeginFrame`'s return to the call of `xrEndFrame`, as a share of the period.
     shares: Vec<f32>,
@@ -42,6 +44,7 @@ pub struct Pace {
 struct Last {
     at_ns: i64,
     ours_ns: u64,
+    is_stimulus: bool,
 }
 
 /// One frame, as it was given to the runtime.
@@ -55,6 +58,8 @@ pub(super) struct Given {
     /// From `xrWaitFrame`'s return to that of `xrEndFrame`: the session's work is in it.
     pub ours_ns: u64,
     pub is_empty: bool,
+    /// A picture of the study stands in it.
+    pub is_stimulus: bool,
 }
 
 impl Pace {
@@ -67,11 +72,13 @@ impl Pace {
             let steps = (frame.at_ns - last.at_ns + period / 2) / period;
             let missed = (steps - 1).max(0) as u64;
             self.missed += missed;
-            if last.ours_ns > period as u64 {
-                self.missed_by_us += missed;
+            if last.is_stimulus {
+                self.missed_in_stimuli += missed;
+                self.missed_by_us += if last.ours_ns > period as u64 { missed } else { 0 };
             }
         }
-        self.last = Some(Last { at_ns: frame.at_ns, ours_ns: frame.ours_ns });
+        let Given { at_ns, ours_ns, is_stimulus, .. } = frame;
+        self.last = Some(Last { at_ns, ours_ns, is_stimulus });
     }
 
     /// What comes next does not follow on what was (the session stood still).
@@ -91,10 +98,11 @@ impl Pace {
     pub fn sentence(&self) -> String {
         let percent = |part| self.share(part).map_or(0.0, |s| 100.0 * s);
         format!(
-            "frames: {} given to the runtime, {} of them empty; {} missed, {} by us; drawing took {:.2} % of the period (median), {:.2} % (99 of 100)",
+            "frames: {} given to the runtime, {} of them empty; {} missed, {} of them under a stimulus, {} by us; drawing took {:.2} % of the period (median), {:.2} % (99 of 100)",
             self.frames,
             self.empty,
             self.missed,
+            self.missed_in_stimuli,
             self.missed_by_us,
             percent(0.5),
             percent(0.99)
@@ -118,11 +126,18 @@ mod tests {
     #[test]
     fn misses_are_counted_and_ours_told_apart() {
         let mut pace = Pace::default();
-        let frame = |at_ns, ours_ns| Given { at_ns, period_ns: 10, drawing_ns: 1, ours_ns, is_empty: false };
-        for given in [frame(0, 2), frame(10, 2), frame(30, 25), frame(51, 2), frame(60, 2)] {
+        let frame = |at_ns, ours_ns| Given {
+            at_ns,
+            period_ns: 10,
+            drawing_ns: 1,
+            ours_ns,
+            is_empty: false,
+            is_stimulus: at_ns != 30,
+        };
+        for given in [frame(0, 2), frame(10, 2), frame(30, 25), frame(51, 2), frame(60, 25), frame(80, 2)] {
             pace.add(given);
         }
-        assert_eq!((pace.frames, pace.missed, pace.missed_by_us), (5, 2, 1));
+        assert_eq!((pace.frames, pace.missed, pace.missed_in_stimuli, pace.missed_by_us), (6, 3, 2, 1));
         assert!((pace.share(0.5).unwrap() - 0.1).abs() < 1e-6);
         let (hz, sd) = regularity(&[0, 10_000_000, 20_000_000, 30_000_000]).unwrap();
         assert!((hz - 100.0).abs() < 1e-9 && sd < 1e-9);

@@ -12,7 +12,7 @@ use super::pictures::{EYES, PairKey, Pictures, Room, Still};
 use super::place::{self, Pose, SCREEN_M};
 use super::texture::Texture;
 use crate::display::content::{Content, Geometry};
-use crate::display::panel::{Drawn, View};
+use crate::display::panel::{Drawn, Panel, View};
 use crate::display::{DisplayError, StimulusFiles};
 use crate::study::protocol::Screen;
 
@@ -27,7 +27,9 @@ pub(super) struct Stage {
     ground: Option<Texture>,
     blank: Board,
     page: Board,
-    dots: Option<Board>,
+    pen: Panel,
+    /// Stereograms have a board and a pen of their own: their dots are the display's pixels.
+    dots: Option<(Board, Panel)>,
     /// `A`, `B` and the mark of a pilot, over a stimulus.
     signs: Vec<Sign>,
     eyes: [EyeView; 2],
@@ -60,7 +62,10 @@ impl Stage {
         let in_px = size.in_display_px(arcsec_per_px);
         let dots = match content.dots.is_empty() {
             true => None,
-            false => Some(Board::new(headset, &content, in_px)?),
+            false => {
+                let pen = board::pen(headset, &content, in_px)?;
+                Some((Board::new(headset, &pen, in_px)?, pen))
+            }
         };
         let grey = content.blank.byte();
         let ground = match grey {
@@ -69,9 +74,12 @@ impl Stage {
                 Some(Texture::still(&headset.session, &headset.gpu, (4, 4), vec![[grey, grey, grey, 255].repeat(16)])?)
             }
         };
-        let blank = board::fixed(headset, &content, size, View::of(&Screen::Blank))?;
-        let page = Board::new(headset, &content, size)?;
-        let mut stage = Stage { content, pictures, ground, blank, page, dots, signs: Vec::new(), eyes, home: None };
+        let mut pen = board::pen(headset, &content, size)?;
+        let mut blank = Board::new(headset, &pen, size)?;
+        blank.show(headset, &mut pen, &content, View::of(&Screen::Blank))?;
+        let page = Board::new(headset, &pen, size)?;
+        let signs = Vec::new();
+        let mut stage = Stage { content, pictures, ground, blank, page, pen, dots, signs, eyes, home: None };
         stage.make_signs(headset, size, half_deg)?;
         Ok(stage)
     }
@@ -93,12 +101,12 @@ impl Stage {
                 None => ([8.0, 4.0], -below_m),
                 Some(_) => ([width + 1.0, 2.0 * (below_deg + 2.0)], 0.0),
             };
-            let mut board = Board::new(headset, &self.content, Size { deg, ..size })?;
+            let mut board = Board::new(headset, &self.pen, Size { deg, ..size })?;
             if has_letter && self.content.mark.is_some() {
                 let (w, h) = board.px();
                 view.label_at = Some([w as f32 / 2.0, h as f32 * (0.5 + below_m / board.size_m.1)]);
             }
-            board.show(headset, &self.content, view)?;
+            board.show(headset, &mut self.pen, &self.content, view)?;
             self.signs.push(Sign { show, board, up_m });
         }
         Ok(())
@@ -118,7 +126,7 @@ impl Stage {
     /// The board that people answer on, and where it stands in the room.
     pub fn board(&self, screen: &Screen) -> Option<(&Board, Pose)> {
         let board = match screen {
-            Screen::Dots(_) => self.dots.as_ref()?,
+            Screen::Dots(_) => &self.dots.as_ref()?.0,
             Screen::Stimulus { .. } | Screen::Blank => return None,
             _ => &self.page,
         };
@@ -135,10 +143,10 @@ impl Stage {
         match &view.screen {
             Screen::Stimulus { .. } | Screen::Blank => Ok(()),
             Screen::Dots(_) => match &mut self.dots {
-                Some(board) => board.show(headset, &self.content, view),
+                Some((board, pen)) => board.show(headset, pen, &self.content, view),
                 None => Err(board::unknown(&view.screen)),
             },
-            _ => self.page.show(headset, &self.content, view),
+            _ => self.page.show(headset, &mut self.pen, &self.content, view),
         }
     }
 
@@ -153,6 +161,7 @@ impl Stage {
         match screen {
             Screen::Blank => out.quads.extend(self.blank.quads(&spaces.room, straight, false)),
             Screen::Stimulus { presentation, show, stimulus, reference, .. } => {
+                out.is_stimulus = true;
                 match reference {
                     Some(reference) => {
                         let eye = self.content.presentations.get(*presentation as usize).map_or(0, |p| p.eye);
