@@ -9,7 +9,11 @@ mod desk;
 #[cfg(feature = "gpu")]
 mod device;
 #[cfg(feature = "gpu")]
+mod display;
+#[cfg(feature = "gpu")]
 mod doctor;
+#[cfg(feature = "gpu")]
+mod live;
 pub mod prepare;
 #[cfg(feature = "gpu")]
 mod render;
@@ -50,6 +54,10 @@ enum Command {
     Doctor(doctor::Args),
     #[cfg(feature = "gpu")]
     Demo(demo::Args),
+    #[cfg(feature = "gpu")]
+    Live(live::Args),
+    #[cfg(feature = "gpu")]
+    Display(display::Args),
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
@@ -65,6 +73,10 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Doctor(args) => doctor::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Demo(args) => demo::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Live(args) => live::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Display(args) => display::run(args, &console),
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),

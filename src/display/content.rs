@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::study::protocol::{Input, Page, Screen};
 
 /// Everything a display can be asked to show, in the study's language.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
     pub words: Words,
     pub pages: BTreeMap<Page, PageText>,
@@ -104,7 +104,7 @@ pub struct Presentation {
 }
 
 /// The blank frame, and the ground of every page.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Blank {
     /// Displayed value (not linear), 0 black ..= 1 white.
     pub grey: f64,
@@ -126,7 +126,7 @@ impl Blank {
 }
 
 /// Sentences and buttons of this program, from `languages/*.json`. `{…}` stands for what is filled in.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Words {
     pub agree: String,
@@ -173,6 +173,21 @@ impl Words {
 }
 
 impl Content {
+    /// Stereograms alone, in English: to test a display.
+    pub fn of_dots(dots: Vec<Dots>) -> Content {
+        Content {
+            words: Words {
+                dots: "One square floats in front. Press its number.".to_owned(),
+                progress: "{at} of {of}".to_owned(),
+                ..Words::default()
+            },
+            dots,
+            blank: Blank { grey: 0.5, fixation: true },
+            quad_deg: 70.0,
+            ..Content::default()
+        }
+    }
+
     /// Seconds until the session pauses, in steps of five, for a panel whose reminder stands; `open_s`: since it opened.
     pub fn time_left_s(&self, open_s: f64) -> u32 {
         let left = (self.pause_seconds - open_s).max(0.0);

@@ -6,6 +6,7 @@ pub mod content;
 #[cfg(feature = "gpu")]
 pub mod desktop;
 pub mod headless;
+pub mod intervals;
 #[cfg(feature = "gpu")]
 pub mod openxr;
 #[cfg(feature = "gpu")]

@@ -114,7 +114,7 @@ impl Desktop {
                 None
             }
             Happened::Close => Some(Does::Input(Input::Quit)),
-            Happened::KeyUp(_) | Happened::Moved(_) | Happened::Gone => None,
+            Happened::KeyUp(_) | Happened::Release | Happened::Moved(_) | Happened::Gone => None,
         };
         self.do_it(does);
     }

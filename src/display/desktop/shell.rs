@@ -28,6 +28,8 @@ pub enum Happened {
     /// Pixels from the upper left.
     Pointer([f32; 2]),
     Click,
+    /// The button went up.
+    Release,
     /// The mouse was moved by so much, wherever the pointer is.
     Moved([f32; 2]),
     Focus(bool),
@@ -268,6 +270,9 @@ impl ApplicationHandler for Handler {
             WindowEvent::CursorMoved { position, .. } => Happened::Pointer([position.x as f32, position.y as f32]),
             WindowEvent::CursorLeft { .. } => Happened::Pointer([-1.0, -1.0]),
             WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. } => Happened::Click,
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. } => {
+                Happened::Release
+            }
             WindowEvent::Focused(has) => Happened::Focus(has),
             WindowEvent::Occluded(is) => {
                 self.set_minimized(is);

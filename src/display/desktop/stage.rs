@@ -51,6 +51,7 @@ pub struct Stage {
     /// Nothing was shown at the last frame although it was announced.
     was_stale: bool,
     last_queued: Option<u64>,
+    last_seen_ns: Option<u64>,
     looked_at_monitor: Instant,
     monitor: Option<MonitorInfo>,
     gpu: Rc<Gpu>,
@@ -85,6 +86,7 @@ impl Stage {
             is_visible: true,
             was_stale: false,
             last_queued: None,
+            last_seen_ns: None,
             looked_at_monitor: now,
             monitor,
             gpu,
@@ -256,6 +258,7 @@ impl Stage {
         {
             let now = self.now_ns();
             self.pacer.reported(now);
+            self.last_seen_ns = Some(now);
         }
         if !self.is_visible {
             // Nothing throttles what nobody sees.
@@ -292,6 +295,11 @@ impl Stage {
             Shown::Stale => self.was_stale = true,
         }
         Ok(())
+    }
+
+    /// When the last picture but one was on the monitor; none: nobody says.
+    pub fn last_seen_ns(&self) -> Option<u64> {
+        self.last_seen_ns
     }
 
     pub fn show_pointer(&self, is_shown: bool) {

@@ -4,6 +4,7 @@
 //! from pixels per degree; egui shapes the text and makes the triangles, `egui-ash-renderer` draws them.
 
 mod blocks;
+mod note;
 mod page;
 mod style;
 
@@ -17,6 +18,7 @@ use super::content::Content;
 use crate::gpu::{Frame, Gpu, GpuError, Image, ImageDesc, UploadPool};
 use crate::study::protocol::{Input, Screen};
 
+pub use note::{Corner, Note};
 pub use style::em_px;
 
 /// What is drawn: a screen, and where the viewer is with it.
@@ -65,6 +67,14 @@ impl Drawn {
     pub fn input(&self, target: usize) -> Option<Input> {
         self.targets.get(target).map(|t| t.input.clone())
     }
+}
+
+/// What a layer is drawn from, with the changes of egui's textures that come with it.
+#[derive(Default)]
+struct Laid {
+    primitives: Vec<egui::ClippedPrimitive>,
+    set: Vec<(egui::TextureId, Vec<egui::epaint::ImageDelta>)>,
+    free: Vec<egui::TextureId>,
 }
 
 /// Draws views. Owners last: the renderer goes before the device.
@@ -124,57 +134,73 @@ impl Panel {
     /// # Errors
     /// What Vulkan said.
     pub fn draw(&mut self, content: &Content, view: &View, into: &Image) -> Result<Drawn, GpuError> {
-        let (width, height) = into.extent();
         self.keep_dots(content, &view.screen);
+        let (px_per_degree, shows_keys, dot_px) = (self.px_per_degree, self.shows_keys, self.dot_px);
+        let dots = self.dots.as_ref().map(|(_, textures)| textures[0].id());
+        let (drawn, left) = self.lay_out(into, |painter, size| {
+            page::Sheet { painter, content, view, size, px_per_degree, shows_keys, dot_px, dots }.draw()
+        });
+        let right = left.primitives.iter().cloned().map(|p| self.for_right_eye(p)).collect();
+        let right = Laid { primitives: right, ..Laid::default() };
+        let ground = content.blank.linear();
+        let clear = match view.screen {
+            Screen::Stimulus { .. } => [0.0; 4],
+            _ => [ground, ground, ground, 1.0],
+        };
+        self.fill(into, clear, [left, right])?;
+        Ok(drawn)
+    }
+
+    /// Draws plain notes, the left eye's and the right eye's. `clear`: linear, premultiplied.
+    ///
+    /// # Errors
+    /// What Vulkan said.
+    pub fn write(&mut self, notes: [&[Note]; 2], clear: [f32; 4], into: &Image) -> Result<(), GpuError> {
+        let em = em_px(self.px_per_degree);
+        let laid = notes.map(|notes| self.lay_out(into, |painter, _| note::draw(&painter, em, notes)).1);
+        self.fill(into, clear, laid)
+    }
+
+    /// Shapes become triangles for an image of this size.
+    fn lay_out<T>(&self, into: &Image, draw: impl FnOnce(egui::Painter, egui::Vec2) -> T) -> (T, Laid) {
+        let (width, height) = into.extent();
         let size = egui::vec2(width as f32, height as f32);
         self.context.begin_pass(egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
             max_texture_side: Some(4096),
             ..egui::RawInput::default()
         });
-        let painter = self.context.layer_painter(egui::LayerId::background());
-        let dots = self.dots.as_ref().map(|(_, textures)| textures[0].id());
-        let sheet = page::Sheet {
-            painter,
-            content,
-            view,
-            size,
-            px_per_degree: self.px_per_degree,
-            shows_keys: self.shows_keys,
-            dot_px: self.dot_px,
-            dots,
-        };
-        let drawn = sheet.draw();
+        let drawn = draw(self.context.layer_painter(egui::LayerId::background()), size);
         let mut output = self.context.end_pass();
-        let left = self.context.tessellate(output.shapes, output.pixels_per_point);
-        let right = left.iter().cloned().map(|p| self.for_right_eye(p)).collect::<Vec<_>>();
-
         // Taken out of their type, which takes being dropped unapplied for a bug.
-        let set = std::mem::take(&mut output.textures_delta.set);
-        let free = std::mem::take(&mut output.textures_delta.free);
+        let laid = Laid {
+            set: std::mem::take(&mut output.textures_delta.set).into_iter().map(|(id, d)| (id, d.into_vec())).collect(),
+            free: std::mem::take(&mut output.textures_delta.free).into_iter().collect(),
+            primitives: self.context.tessellate(output.shapes, output.pixels_per_point),
+        };
+        (drawn, laid)
+    }
+
+    /// Both layers of an image.
+    fn fill(&mut self, into: &Image, clear: [f32; 4], eyes: [Laid; 2]) -> Result<(), GpuError> {
         let queue = self.gpu.queue().0;
-        for (id, changes) in &set {
+        for (id, changes) in eyes.iter().flat_map(|laid| &laid.set) {
             for change in changes {
                 self.renderer.set_texture(queue, self.uploads.raw(), *id, change).map_err(failed)?;
             }
         }
-        let ground = content.blank.linear();
-        let clear = match view.screen {
-            Screen::Stimulus { .. } => [0.0; 4],
-            _ => [ground, ground, ground, 1.0],
-        };
         let mut frame = Frame::begin(&self.gpu)?;
-        for (layer, primitives) in [left, right].iter().enumerate() {
+        for (layer, laid) in eyes.iter().enumerate() {
             let renderer = &mut self.renderer;
             frame.draw_foreign("panel", into, layer, clear, |canvas| {
-                renderer.cmd_draw(canvas.commands, canvas.extent, output.pixels_per_point, primitives).map_err(failed)
+                renderer.cmd_draw(canvas.commands, canvas.extent, 1.0, &laid.primitives).map_err(failed)
             })?;
         }
         frame.finish()?;
-        for id in free {
-            self.renderer.free_texture(id).map_err(failed)?;
+        for id in eyes.iter().flat_map(|laid| &laid.free) {
+            self.renderer.free_texture(*id).map_err(failed)?;
         }
-        Ok(drawn)
+        Ok(())
     }
 
     /// The stereogram's textures while it is shown, none otherwise.
