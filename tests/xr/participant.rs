@@ -13,6 +13,8 @@ pub struct Participant<'a> {
     pub tail: Tail,
     /// The choice for presentation, attempt.
     pub choice: &'a dyn Fn(u32, u32) -> u32,
+    /// How long the journal may stand still.
+    pub patience: Duration,
     /// Confirmed: (presentation, attempt, choice).
     pub answered: Vec<(u32, u32, u32)>,
 }
@@ -22,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 impl<'a> Participant<'a> {
     pub fn new(remote: &'a Remote, tail: Tail, choice: &'a dyn Fn(u32, u32) -> u32) -> Participant<'a> {
-        Participant { remote, tail, choice, answered: Vec::new() }
+        Participant { remote, tail, choice, patience: PATIENCE, answered: Vec::new() }
     }
 
     /// Until the session ends.
@@ -33,7 +35,7 @@ impl<'a> Participant<'a> {
     /// Until a record comes that `stop` takes.
     pub fn until<T>(&mut self, stop: impl Fn(&Record) -> Option<T>) -> T {
         loop {
-            let record = self.tail.next("something in the journal", PATIENCE, |r| Some(r.clone()));
+            let record = self.tail.next("something in the journal", self.patience, |r| Some(r.clone()));
             if let Some(found) = stop(&record) {
                 return found;
             }
