@@ -539,7 +539,7 @@ pub struct Missing {
 /// The session stands still.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pause {
-    /// `operator`, `participant` or `no-answer`.
+    /// `operator`, `participant`, `no-answer`, or `not-seen`: focus or visibility was gone for a second.
     pub reason: String,
 }
 
