@@ -8,6 +8,8 @@ pub mod desktop;
 pub mod headless;
 pub mod intervals;
 #[cfg(feature = "gpu")]
+pub mod operator;
+#[cfg(feature = "gpu")]
 pub mod panel;
 #[cfg(feature = "gpu")]
 mod shaders;
