@@ -16,9 +16,9 @@ use super::context::Context;
 use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
-use super::shaders::Shader;
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::{Range, SceneResources};
+use crate::gpu::Shader;
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 const EXCHANGED: u32 = 1 << 31;
