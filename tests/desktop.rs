@@ -421,3 +421,52 @@ fn without_a_desktop_one_sentence_says_so() {
         assert!(!lab.sessions().exists(), "nobody has sat down");
     }
 }
+
+#[test]
+fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
+    let Some(desk) = Desk::new("test") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["display", "test", "--json", "--mode", "sbs", "--window", "1200x640", "--hz", "60", "--seconds", "2"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(1));
+    let measuring = desk.picture("measuring");
+    std::thread::sleep(Duration::from_secs(5));
+    desk.picture("eyes");
+    desk.key("l");
+    for answer in ["3", "2", "4", "4"] {
+        std::thread::sleep(Duration::from_millis(1500));
+        desk.picture("depth");
+        desk.key(answer);
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["eyes_right"], true);
+    assert_eq!(found["depth_right"], serde_json::json!([3, 4]));
+    assert!(found["intervals"]["frames"].as_u64().unwrap() > 20, "{found}");
+    assert!(measuring.pixels().any(|p| p.0 == [0; 3] || p.0 == [255; 3]));
+}
+
+#[test]
+fn a_scene_is_flown_through_and_its_method_switched() {
+    let Some(desk) = Desk::new("live") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["live", "pica", "--json", "--mode", "sbs", "--window", "800x400", "--size", "96x48"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(3));
+    let before = desk.picture("stereo");
+    desk.key("2");
+    desk.key("Right");
+    desk.key("Right");
+    let began = Instant::now();
+    until("the picture changes", || desk.picture("sssr") != before && began.elapsed() > Duration::from_secs(2));
+    desk.key("Escape");
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["frames"].as_u64().unwrap() > 2, "{found}");
+}
