@@ -118,11 +118,11 @@ impl<'a> Sitting<'a> {
         let answers = self.count(|r| matches!(r, Record::Answer(_)));
         until("a presentation begins", || self.count(|r| matches!(r, Record::Begin(_))) > answers + cut_off);
         let entries = self.journal();
-        let begun = entries.iter().filter_map(|e| match &e.record {
+        let begun = entries.iter().rev().find_map(|e| match &e.record {
             Record::Begin(b) => Some(b.presentation),
             _ => None,
         });
-        let presentation = begun.last().unwrap();
+        let presentation = begun.unwrap();
         self.look("1-blank");
         std::thread::sleep(Duration::from_millis(500));
         self.look("2-stimulus");
@@ -199,7 +199,10 @@ fn setup(lab: &Lab) -> Setup {
     Setup::new(&definition, &Plan::draw(&definition, 0), 60.0, Trust::Predicted, 90.0)
 }
 
-fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<(Vec<Entry>, Vec<(u32, u32)>)> {
+/// What was written, and the presentations and choices of the script.
+type Done = (Vec<Entry>, Vec<(u32, u32)>);
+
+fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<Done> {
     let desk = Desk::new(name)?;
     let lab = lab(&short(name));
     let mut sitting = Sitting::begin(&desk, &lab, more);
