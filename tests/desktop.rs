@@ -118,11 +118,11 @@ impl<'a> Sitting<'a> {
         let answers = self.count(|r| matches!(r, Record::Answer(_)));
         until("a presentation begins", || self.count(|r| matches!(r, Record::Begin(_))) > answers + cut_off);
         let entries = self.journal();
-        let begun = entries.iter().filter_map(|e| match &e.record {
+        let begun = entries.iter().rev().find_map(|e| match &e.record {
             Record::Begin(b) => Some(b.presentation),
             _ => None,
         });
-        let presentation = begun.last().unwrap();
+        let presentation = begun.unwrap();
         self.look("1-blank");
         std::thread::sleep(Duration::from_millis(500));
         self.look("2-stimulus");
@@ -199,7 +199,10 @@ fn setup(lab: &Lab) -> Setup {
     Setup::new(&definition, &Plan::draw(&definition, 0), 60.0, Trust::Predicted, 90.0)
 }
 
-fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<(Vec<Entry>, Vec<(u32, u32)>)> {
+/// What was written, and the presentations and choices of the script.
+type Done = (Vec<Entry>, Vec<(u32, u32)>);
+
+fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<Done> {
     let desk = Desk::new(name)?;
     let lab = lab(&short(name));
     let mut sitting = Sitting::begin(&desk, &lab, more);
@@ -420,4 +423,53 @@ fn without_a_desktop_one_sentence_says_so() {
         assert!(said.contains(words) && said.contains("cyclopean doctor"), "{said}");
         assert!(!lab.sessions().exists(), "nobody has sat down");
     }
+}
+
+#[test]
+fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
+    let Some(desk) = Desk::new("test") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["display", "test", "--json", "--mode", "sbs", "--window", "1200x640", "--hz", "60", "--seconds", "2"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(1));
+    let measuring = desk.picture("measuring");
+    std::thread::sleep(Duration::from_secs(5));
+    desk.picture("eyes");
+    desk.key("l");
+    for answer in ["3", "2", "4", "4"] {
+        std::thread::sleep(Duration::from_millis(1500));
+        desk.picture("depth");
+        desk.key(answer);
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["eyes_right"], true);
+    assert_eq!(found["depth_right"], serde_json::json!([3, 4]));
+    assert!(found["intervals"]["frames"].as_u64().unwrap() > 20, "{found}");
+    assert!(measuring.pixels().any(|p| p.0 == [0; 3] || p.0 == [255; 3]));
+}
+
+#[test]
+fn a_scene_is_flown_through_and_its_method_switched() {
+    let Some(desk) = Desk::new("live") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["live", "pica", "--json", "--mode", "sbs", "--window", "800x400", "--size", "96x48"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(3));
+    let before = desk.picture("stereo");
+    desk.key("2");
+    desk.key("Right");
+    desk.key("Right");
+    let began = Instant::now();
+    until("the picture changes", || desk.picture("sssr") != before && began.elapsed() > Duration::from_secs(2));
+    desk.key("Escape");
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["frames"].as_u64().unwrap() > 2, "{found}");
 }

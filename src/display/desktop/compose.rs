@@ -146,7 +146,7 @@ pub fn fit((width, height): (u32, u32), shape: (u32, u32), most: u32, below: u32
     let room = (f64::from(width.min(most)), f64::from(height.saturating_sub(2 * below).max(1)));
     let mut scale = (room.0 / f64::from(shape.0)).min(room.1 / f64::from(shape.1));
     // Pixel for pixel where it nearly is.
-    if (0.97..1.0).contains(&scale) || (scale >= 1.0 && scale < 1.03) {
+    if (0.97..1.03).contains(&scale) {
         let fits =
             f64::from(shape.0) <= f64::from(width) && f64::from(shape.1) <= f64::from(height - below.min(height));
         scale = if fits { 1.0 } else { scale };
