@@ -16,14 +16,17 @@ fn main() {
         return;
     }
     let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    if let Err(message) = compile_all(Path::new("shaders"), &out) {
+    // What displays need is a list of its own: it has no part in a stimulus' address.
+    let all = compile_all(Path::new("shaders"), &out, "shaders.rs")
+        .and_then(|()| compile_all(Path::new("shaders/display"), &out, "display_shaders.rs"));
+    if let Err(message) = all {
         println!("cargo::error={}", message.replace('\n', "\ncargo::error="));
         std::process::exit(1);
     }
 }
 
-/// Compiles every stage and writes `shaders.rs`: a static of words each, and the list of all.
-fn compile_all(folder: &Path, out: &Path) -> Result<(), String> {
+/// Compiles every stage of a folder and writes a list: a static of words each, and the list of all.
+fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> = entries
         .filter_map(|e| e.ok().map(|e| e.path()))
@@ -44,8 +47,8 @@ fn compile_all(folder: &Path, out: &Path) -> Result<(), String> {
             add(&mut code, &mut list, &name, &target);
         }
     }
-    let _ = writeln!(code, "/// Every shader.\npub static ALL: &[&Shader] = &[{list}];");
-    std::fs::write(out.join("shaders.rs"), code).map_err(|e| format!("cannot write shaders.rs: {e}"))
+    let _ = writeln!(code, "/// Every shader.\n#[allow(dead_code)]\npub static ALL: &[&Shader] = &[{list}];");
+    std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
 }
 
 /// A static of words.

@@ -529,12 +529,13 @@ fn the_state_machine_and_the_orders_know_no_clock_and_no_file() {
 
 #[test]
 fn every_shader_says_what_it_is_and_is_used() {
+    let users = ["src/render", "src/display"];
     let renderer: BTreeSet<String> =
-        sources("src/render", &["rs"]).iter().flat_map(|(_, text)| tokens(text)).map(|t| t.text).collect();
+        users.iter().flat_map(|u| sources(u, &["rs"])).flat_map(|(_, text)| tokens(&text)).map(|t| t.text).collect();
     let shaders = sources("shaders", &["comp", "vert", "frag", "glsl"]);
     let mut found = Vec::new();
     for (path, text) in &shaders {
-        let file = path.trim_start_matches("shaders/");
+        let file = path.trim_start_matches("shaders/").trim_start_matches("display/");
         let is_stage = !path.ends_with(".glsl");
         found.extend(shader_head(path, text, is_stage));
         let used = if is_stage {

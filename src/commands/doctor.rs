@@ -6,6 +6,7 @@ use clap::Args as ClapArgs;
 use serde::Serialize;
 
 use crate::console::Console;
+use crate::display::desktop::monitors;
 use crate::gpu::{Gpu, list_devices};
 
 use super::device;
@@ -121,12 +122,22 @@ fn openxr() -> Finding {
 }
 
 fn display() -> Finding {
-    let found = ["WAYLAND_DISPLAY", "DISPLAY"].iter().find_map(|v| std::env::var(v).ok().map(|x| format!("{v}={x}")));
+    let (ok, found) = match monitors() {
+        Ok(monitors) if monitors.is_empty() => (false, "a desktop without a monitor".to_owned()),
+        Ok(monitors) => {
+            let names = (1..).zip(&monitors).map(|(i, m)| {
+                let hz = m.hz.map_or("rate unknown: give --hz".to_owned(), |hz| format!("{hz:.2} Hz"));
+                format!("{i}: {} {}×{}, {hz}", m.name, m.width_px, m.height_px)
+            });
+            (true, names.collect::<Vec<_>>().join("; "))
+        }
+        Err(error) => (false, error.to_string().replace("; `cyclopean doctor` says more", "")),
+    };
     Finding {
-        what: "desktop",
-        ok: found.is_some() || !cfg!(target_os = "linux"),
+        what: "monitors",
+        ok,
         needed: false,
-        found: found.unwrap_or_else(|| "no display; only the desktop window needs it".to_owned()),
-        mend: Some("run inside a desktop session"),
+        found,
+        mend: Some("run inside a desktop session; only the window needs it"),
     }
 }

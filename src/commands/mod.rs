@@ -6,9 +6,15 @@ mod compare;
 #[cfg(feature = "gpu")]
 mod demo;
 #[cfg(feature = "gpu")]
+mod desk;
+#[cfg(feature = "gpu")]
 mod device;
 #[cfg(feature = "gpu")]
+mod display;
+#[cfg(feature = "gpu")]
 mod doctor;
+#[cfg(feature = "gpu")]
+mod live;
 mod pictures;
 pub mod prepare;
 #[cfg(feature = "gpu")]
@@ -55,6 +61,10 @@ enum Command {
     Demo(demo::Args),
     #[cfg(feature = "gpu")]
     Stress(stress::Args),
+    #[cfg(feature = "gpu")]
+    Live(live::Args),
+    #[cfg(feature = "gpu")]
+    Display(display::Args),
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
@@ -73,6 +83,10 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Demo(args) => demo::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Stress(args) => stress::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Live(args) => live::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Display(args) => display::run(args, &console),
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),

@@ -34,15 +34,27 @@ pub use super::stimulus::catalogue;
 
 /// The methods of a build with the feature `gpu`, in the renderer's order.
 #[cfg(any(test, not(feature = "gpu")))]
-const METHODS: [&str; 8] = [
+const METHODS: [&str; 20] = [
     "sssr",
     "stereo",
     "stereo-no-traversal",
     "stereo-no-fade",
     "stereo-no-reprojection",
+    "stereo-one-loop",
+    "stereo-paper",
+    "stereo-fixed-tolerance",
+    "stereo-no-filling",
+    "stereo-no-back-check",
+    "stereo-no-camera-rays",
     "sssr-thickness",
+    "sssr-guardband",
+    "stereo-guardband",
+    "sssr-shared-noise",
+    "sssr-wide",
+    "one-eye",
     "unrelated",
     "path-traced",
+    "path-traced-resolved",
 ];
 
 /// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.

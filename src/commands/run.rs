@@ -10,7 +10,15 @@ use cyclopean_analysis::journal::record::{Kind, Outcome};
 use super::WrongUsage;
 use super::study::find_study;
 use crate::console::Console;
+use crate::display::DisplayInfo;
 use crate::display::headless::Headless;
+#[cfg(feature = "gpu")]
+use crate::display::{
+    Display,
+    desktop::{Desktop, DesktopOptions},
+};
+#[cfg(feature = "gpu")]
+use crate::study::content::content;
 use crate::study::disk::Disk;
 use crate::study::freeze;
 use crate::study::session::{Ended, Options, Session};
@@ -51,13 +59,20 @@ pub struct Args {
     /// Refuse when anything differs from this frozen study.
     #[arg(long, value_name = "FOLDER")]
     frozen: Option<PathBuf>,
-    /// Rate that a headless display pretends to have, Hz.
-    #[arg(long, default_value_t = 90.0)]
-    hz: f64,
+    /// Refresh rate, Hz: what a headless display pretends to have (90 by default), or what a monitor has that does not
+    /// say it, or says it wrongly.
+    #[arg(long)]
+    hz: Option<f64>,
     /// Do not wait for the disk; simulated observers only.
     #[arg(long, requires = "simulate")]
     no_sync: bool,
+    #[cfg(feature = "gpu")]
+    #[command(flatten)]
+    desk: super::desk::DeskArgs,
 }
+
+/// A headless display's rate, Hz.
+const HEADLESS_HZ: f64 = 90.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DisplayKind {
@@ -85,16 +100,32 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     };
     let durability = if args.no_sync { Durability::Relaxed } else { Durability::Synced };
     let options = Options { kind, durability, frozen_sha256, disk: Disk::real() };
-    let info = Headless::information(args.hz);
-    let session = if args.resume {
+    if args.resume {
         ask_to_resume(&args, &study)?;
-        Session::resume(&study, &store, &args.sessions, &args.participant, &info, &options)?
-    } else {
-        Session::begin(&study, &store, &args.sessions, &args.participant, &info, &options)?
+    }
+    let begin = |info: &DisplayInfo| -> anyhow::Result<Session> {
+        let start = if args.resume { Session::resume } else { Session::begin };
+        Ok(start(&study, &store, &args.sessions, &args.participant, info, &options)?)
     };
-    let observer = session.simulated_observer(&study)?;
-    let mut display = Headless::new(args.hz, session.start_ns(), Box::new(observer));
-    report(session.run(&mut display)?, kind, console)
+    let ended = match args.display {
+        DisplayKind::Headless => {
+            let hz = args.hz.unwrap_or(HEADLESS_HZ);
+            let session = begin(&Headless::information(hz))?;
+            let observer = session.simulated_observer(&study)?;
+            let mut display = Headless::new(hz, session.start_ns(), Box::new(observer));
+            session.run(&mut display)?
+        }
+        #[cfg(feature = "gpu")]
+        DisplayKind::Desktop => {
+            let mut display = Desktop::open(DesktopOptions { hz: args.hz, ..args.desk.options() })?;
+            let session = begin(display.info())?;
+            let content = content(&study, session.plan(), session.setup(), kind)?;
+            display.begin(content, session.start_ns())?;
+            session.run(&mut display)?
+        }
+        other => return Err(WrongUsage(format!("--display {other:?}: this build has no such display")).into()),
+    };
+    report(ended, kind, console)
 }
 
 fn check_usage(args: &Args) -> anyhow::Result<()> {
@@ -105,8 +136,8 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         ))
         .into());
     }
-    if !(1.0..=1000.0).contains(&args.hz) {
-        return Err(WrongUsage(format!("--hz: {} is not within 1 to 1000", args.hz)).into());
+    if let Some(hz) = args.hz.filter(|hz| !(1.0..=1000.0).contains(hz)) {
+        return Err(WrongUsage(format!("--hz: {hz} is not within 1 to 1000")).into());
     }
     match args.display {
         DisplayKind::Headless if !args.simulate => Err(WrongUsage(
@@ -114,9 +145,15 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         )
         .into()),
         DisplayKind::Headless => Ok(()),
-        DisplayKind::Desktop | DisplayKind::Openxr => {
-            Err(WrongUsage("--display: this build has no such display; available: headless".to_owned()).into())
+        DisplayKind::Desktop if args.simulate => {
+            Err(WrongUsage("--simulate: simulated observers sit at `--display headless` alone".to_owned()).into())
         }
+        DisplayKind::Desktop if cfg!(feature = "gpu") => Ok(()),
+        DisplayKind::Desktop | DisplayKind::Openxr => Err(WrongUsage(format!(
+            "--display: this build has no such display; available: headless{}",
+            if cfg!(feature = "gpu") { ", desktop" } else { "" }
+        ))
+        .into()),
     }
 }
 

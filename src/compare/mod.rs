@@ -13,7 +13,7 @@ mod run;
 mod tables;
 mod times;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use cyclopean_analysis::files::{self, WriteError};
@@ -45,7 +45,7 @@ pub enum CompareError {
     #[error(transparent)]
     Write(#[from] WriteError),
     #[error("cannot make the folder {}: {source}", path.display())]
-    Folder { path: std::path::PathBuf, source: std::io::Error },
+    Folder { path: PathBuf, source: std::io::Error },
     #[error("cannot write JSON: {0}")]
     Json(#[from] serde_json::Error),
     #[error(transparent)]
@@ -73,8 +73,9 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
     for name in scenes {
         match run::scene(gpu, name, options, console) {
             Ok(done) => {
+                let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
                 for (fallback, svg) in plot::plots(&done) {
-                    let file = format!("{}.svg", file_name(&done, &fallback));
+                    let file = format!("{}.svg", stem(&done, &fallback, before));
                     files::write_bytes(&options.out.join(file), svg.as_bytes())?;
                 }
                 report.scenes.push(done);
@@ -97,11 +98,17 @@ fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {
     Ok(())
 }
 
-/// Without the extension; the fallback is named where there are two.
-fn file_name(scene: &SceneReport, fallback: &str) -> String {
-    let two = scene.results.iter().any(|r| r.fallback != fallback);
-    let stem = if two { format!("{}_{fallback}", scene.scene) } else { scene.scene.clone() };
-    stem.replace(['/', '\\', ' '], "-")
+/// A plot's name without the extension; the fallback is named where there are two, a count where `before` scenes have
+/// the same name.
+fn stem(scene: &SceneReport, fallback: &str, before: usize) -> String {
+    let mut stem = scene.scene.replace(['/', '\\', ' '], "-");
+    if scene.results.iter().any(|r| r.fallback != fallback) {
+        stem += &format!("_{fallback}");
+    }
+    if before > 0 {
+        stem += &format!("_{}", before + 1);
+    }
+    stem
 }
 
 /// The Markdown of a report: what `compare.md` holds.

@@ -78,13 +78,13 @@ struct Axis {
 }
 
 impl Axis {
-    /// Around the values with a little air, at least a factor of three long.
+    /// Around the values with a little air, at least a factor of two long.
     fn around(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
         let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
         if !(low > 0.0 && high.is_finite() && low <= high) {
             return None;
         }
-        let air = (high / low).powf(0.08).max((3.0 / (high / low)).max(1.0).sqrt()).max(1.1);
+        let air = (high / low).powf(0.08).max((2.0 / (high / low)).max(1.0).sqrt()).max(1.1);
         Some(Axis { low: low / air, high: high * air, from, to })
     }
 
@@ -130,7 +130,7 @@ fn plot(scene: &SceneReport, fallback: &str) -> Option<String> {
     text(&mut out, "title", LEFT, 26.0, &format!("{}: error of the reflection over its time", scene.scene));
     let seeds = scene.results.first().map_or(0, |r| r.seeds);
     let about = format!(
-        "unknown rays see: {fallback} · {seeds} seeds, bars: 95 % of the mean · numbers at the points: rays a pixel"
+        "unknown rays see: {fallback} · {seeds} seeds, bars: 95 % interval of the mean · numbers at the points: rays a pixel"
     );
     text(&mut out, "soft", LEFT, 46.0, &about);
     axes(&mut out, &x, &y);
@@ -142,6 +142,7 @@ fn plot(scene: &SceneReport, fallback: &str) -> Option<String> {
     for (i, s) in series.iter().enumerate() {
         draw(&mut out, i, s, &x, &y);
     }
+    counts(&mut out, &series, &x, &y);
     names(&mut out, &series, &x, &y);
     out.push_str("</svg>\n");
     Some(out)
@@ -207,7 +208,44 @@ fn draw(out: &mut String, index: usize, series: &Series<'_>, x: &Axis, y: &Axis)
             }
         }
         mark(out, index, px, py);
-        text(out, "small", px + 8.0, py - 7.0, &p.spp.to_string());
+    }
+}
+
+/// Rays a pixel beside every point, in its method's colour, where no other point or number stands.
+fn counts(out: &mut String, series: &[Series<'_>], x: &Axis, y: &Axis) {
+    let at = |p: &Point| (x.at(p.ms), y.at(p.mse));
+    let mut taken: Vec<(f64, f64)> = series.iter().flat_map(|s| &s.points).map(at).collect();
+    for p in series.iter().flat_map(|s| &s.points) {
+        let [low, high] = p.interval.map_or([p.mse; 2], |i| i).map(|e| y.at(e));
+        let steps = ((low - high) / 8.0).ceil().max(1.0);
+        taken.extend((0..=steps as u32).map(|k| (x.at(p.ms), high + (low - high) * f64::from(k) / steps)));
+    }
+    for (i, s) in series.iter().enumerate() {
+        for p in &s.points {
+            let (px, py) = at(p);
+            let half = 3.2 * p.spp.to_string().len() as f64;
+            let beside = [
+                (0.0, -13.0),
+                (0.0, 13.0),
+                (half + 9.0, -9.0),
+                (-half - 9.0, -9.0),
+                (half + 9.0, 9.0),
+                (-half - 9.0, 9.0),
+            ];
+            // Room to the nearest thing that is already there; what is a number's height away is far enough.
+            let room = |(dx, dy): &(f64, f64)| {
+                let distance = |t: &(f64, f64)| ((px + dx - t.0) / (half + 6.0)).hypot((py + dy - t.1) / 11.0).min(1.0);
+                taken.iter().map(distance).fold(1.0, f64::min)
+            };
+            let best = beside
+                .iter()
+                .map(room)
+                .enumerate()
+                .fold((0, -1.0), |best, (k, r)| if r > best.1 { (k, r) } else { best });
+            let (cx, cy) = (px + beside[best.0].0, py + beside[best.0].1);
+            taken.push((cx, cy));
+            text(out, &format!("small middle f{}", i % METHODS), cx, cy + 4.0, &p.spp.to_string());
+        }
     }
 }
 
@@ -260,10 +298,10 @@ fn escape(words: &str) -> String {
     words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Plain between a thousandth and ten thousand, else as a power of ten.
+/// Plain between a ten-thousandth and ten thousand, else as a power of ten.
 fn number(value: f64) -> String {
-    if (1e-3..1e4).contains(&value) {
-        let text = format!("{value:.4}");
+    if (1e-4..1e4).contains(&value) {
+        let text = format!("{value:.5}");
         return text.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
     let exponent = (value.log10() + 1e-9).floor();

@@ -37,9 +37,9 @@ pub fn equal_sample(rows: &[Row], baseline: &str) -> Vec<Ratio> {
                 continue;
             };
             let error = |v: &f64| if name.starts_with("one_minus") { 1.0 - v } else { *v };
-            // Seed by seed: what both share of a seed's luck cancels.
-            let logs: Vec<f64> = own.iter().zip(theirs).map(|(a, b)| (error(a) / error(b)).ln()).collect();
-            let (ratio, interval) = geometric(&logs);
+            let (own, theirs): (Vec<f64>, Vec<f64>) =
+                (own.iter().map(error).collect(), theirs.iter().map(error).collect());
+            let (ratio, interval) = ratio_of_means(&own, &theirs);
             add(name, ratio, interval);
         }
         let both = |f: &dyn Fn(&Row) -> Option<f64>| Some(f(row)? / f(base)?);
@@ -129,6 +129,18 @@ pub fn quartiles(sorted: &[f64]) -> [f64; 3] {
     })
 }
 
+/// mean(a) / mean(b) of values that belong together in pairs, and the 95 % Student t interval of its logarithm.
+///
+/// Linearised: ln(mean a / mean b) moves by a_i/mean(a) − b_i/mean(b) over n with each pair, so those differences have
+/// its spread, and what both share of a seed's luck cancels.
+fn ratio_of_means(a: &[f64], b: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
+    let means = |v: &[f64]| crate::metrics::mean(v.iter().copied());
+    let (Some(mean_a), Some(mean_b)) = (means(a), means(b)) else { return (None, None) };
+    let log = (mean_a / mean_b).ln();
+    let influences: Vec<f64> = a.iter().zip(b).map(|(a, b)| log + a / mean_a - b / mean_b).collect();
+    geometric(&influences)
+}
+
 /// Geometric mean and the 95 % Student t interval about it, from logarithms; the interval takes two.
 fn geometric(logs: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
     let Some(mean) = crate::metrics::mean(logs.iter().copied()).filter(|m| m.is_finite()) else { return (None, None) };
@@ -190,6 +202,20 @@ mod tests {
         // R: quantile(c(1, 2, 4, 8), c(.25, .5, .75))
         assert_eq!(quartiles(&[1.0, 2.0, 4.0, 8.0]), [1.75, 3.0, 5.0]);
         assert_eq!(quartiles(&[3.0]), [3.0; 3]);
+    }
+
+    #[test]
+    fn a_ratio_of_means_knows_what_seeds_share() {
+        // Half of it each time, whatever the seed: no doubt. Unrelated: much.
+        let theirs = [1.0, 2.0, 9.0, 4.0];
+        let (ratio, interval) = ratio_of_means(&theirs.map(|v| v / 2.0), &theirs);
+        assert!((ratio.expect("four") - 0.5).abs() < 1e-12);
+        let [lo, hi] = interval.expect("four");
+        assert!((hi - lo).abs() < 1e-9);
+        let (ratio, interval) = ratio_of_means(&[4.5, 1.0, 0.5, 2.0], &theirs);
+        assert!((ratio.expect("four") - 0.5).abs() < 1e-12);
+        let [lo, hi] = interval.expect("four");
+        assert!(lo < 0.2 && hi > 1.0);
     }
 
     #[test]

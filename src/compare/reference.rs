@@ -11,12 +11,14 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::CompareError;
+use super::plan::Options;
 use crate::console::{Console, check_interrupted};
+use crate::gpu::Gpu;
 use crate::metrics::Pairs;
 use crate::metrics::pairs::{self, EyeSurfaces, Surfaces};
-use crate::picture::{self, Part, StereoPicture};
+use crate::picture::{self, Part, PictureError, StereoPicture};
 use crate::render::geometry::EyeGeometry;
-use crate::render::{Geometry, Method, Prepared, Renderer, Settings, identity};
+use crate::render::{Geometry, Prepared, Renderer, Settings, identity};
 use crate::scene::{Fallback, StereoCamera};
 
 /// Far from the rounds' seeds, which begin at 0: equal seeds would share random numbers.
@@ -66,14 +68,13 @@ impl Reference {
     /// # Errors
     /// What the device or the disk said; a stored file that is damaged is only made again, which is said.
     pub fn obtain(
-        cache: &Path,
+        gpu: &Gpu,
         renderer: &mut Renderer,
         camera: &StereoCamera,
-        method: &Method,
-        settings: &Settings,
-        device_kind: &str,
+        options: &Options,
         console: &Console,
     ) -> Result<Reference, CompareError> {
+        let method = &options.reference;
         // Paths see the geometry: neither fade nor fallback changes them, and neither shall make another reference.
         let neutral = Settings::default();
         let settings = Settings {
@@ -82,10 +83,10 @@ impl Reference {
             edge_fade: neutral.edge_fade,
             reuse_radius: neutral.reuse_radius,
             max_steps: neutral.max_steps,
-            ..settings.clone()
+            ..options.settings.clone()
         };
-        let key = identity(renderer.scene(), camera, method, &settings, device_kind)?;
-        let folder = cache.join(&key);
+        let key = identity(renderer.scene(), camera, method, &settings, gpu.info().kind)?;
+        let folder = options.cache.join(&key);
         if folder.join(MANIFEST).exists() {
             match Reference::read(&key, &folder) {
                 Ok(found) => return Ok(found),
@@ -94,6 +95,8 @@ impl Reference {
         }
         let scene = renderer.scene().name.clone();
         let made = Reference::make(key, folder, renderer.prepare(camera, method, &settings)?, console)?;
+        // What validation speaks against is not kept.
+        gpu.check_validation()?;
         made.write(&scene, method.samples())?;
         Ok(made)
     }
@@ -141,7 +144,7 @@ impl Reference {
         let mut hashes = BTreeMap::new();
         for name in [PICTURE, AGAIN, PAIRS] {
             let path = folder.join(name);
-            let bytes = std::fs::read(&path).map_err(|source| CompareError::Folder { path, source })?;
+            let bytes = std::fs::read(&path).map_err(|e| PictureError::Read { path, reason: e.to_string() })?;
             hashes.insert(name.to_owned(), sha256(&bytes));
         }
         let manifest = Manifest { version: VERSION, scene: scene.to_owned(), spp, files: hashes };

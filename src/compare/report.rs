@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::plan::Options;
 use super::times::Groups;
 use crate::gpu::DeviceInfo;
-use crate::metrics::stereo::{Inconsistency, Systematic, THRESHOLDS};
+use crate::metrics::stereo::{Systematic, THRESHOLDS};
 use crate::render::Settings;
 
 /// The whole file.
@@ -80,8 +80,8 @@ pub struct PairsReport {
     pub undecided: Option<f64>,
     /// Share of the candidates that differ in the reference.
     pub different: Option<f64>,
-    /// Share of the used pairs beyond 2 % in a reference with another seed: no method's raw share can be expected to
-    /// lie below it.
+    /// Share of the used pairs beyond 2 % in a reference with another seed, its noise included: what the choice of pairs
+    /// owes to the noise of the reference that chose them. A method's share of that size says little.
     pub floor: Option<f64>,
 }
 
@@ -104,6 +104,8 @@ pub struct Row {
     /// Null: no pairs.
     pub systematic_inconsistency: Option<f64>,
     pub systematic: Option<Systematic>,
+    /// The same share beyond so many per cent.
+    pub systematic_over: Option<BTreeMap<u32, f64>>,
     pub noise_variance: Option<f64>,
     pub noise_variance_relative: Option<f64>,
     /// Share of pairs beyond so many per cent in single frames.
@@ -144,9 +146,9 @@ pub struct Ratio {
     /// `mse`, `rse`, `relmse`, `flip`, `reflection_flip`, `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`,
     /// `variance` (means of the eyes), `systematic_inconsistency`, `noise_variance`.
     pub measure: &'static str,
-    /// Below 1: the method is better.
+    /// Of the means over seeds; below 1: the method is better.
     pub ratio: f64,
-    /// 95 % Student t of the log ratio over seeds; null for what has no value a seed.
+    /// 95 % Student t of its logarithm over pairs of seeds; null for what has no value a seed.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -227,6 +229,6 @@ impl Row {
 }
 
 /// Shares by threshold in per cent.
-pub fn by_percent(found: &Inconsistency) -> BTreeMap<u32, f64> {
-    THRESHOLDS.iter().zip(found.noise_over).map(|(t, share)| ((t * 100.0).round() as u32, share)).collect()
+pub fn by_percent(shares: [f64; THRESHOLDS.len()]) -> BTreeMap<u32, f64> {
+    THRESHOLDS.iter().zip(shares).map(|(t, share)| ((t * 100.0).round() as u32, share)).collect()
 }

@@ -35,16 +35,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     let view = view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
-    let kind = gpu.info().kind;
-    let reference = Reference::obtain(
-        &options.cache,
-        &mut renderer,
-        &camera,
-        &options.reference,
-        &options.settings,
-        kind,
-        console,
-    )?;
+    let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
     let masks = [0, 1].map(|eye| reference.mask(eye));
     let traced: usize = masks.iter().flatten().filter(|m| **m).count();
     if traced == 0 {
@@ -232,9 +223,10 @@ impl<'a> Run<'a> {
             right: eye(1),
             systematic_inconsistency: systematic.map(|s| s.share),
             systematic,
+            systematic_over: systematic.map(|s| by_percent(s.over)),
             noise_variance: found.and_then(|f| f.noise_variance),
             noise_variance_relative: found.and_then(|f| f.noise_variance_relative),
-            noise_over: found.as_ref().map(by_percent),
+            noise_over: found.map(|f| by_percent(f.noise_over)),
             clamped: self.clamped,
             rounds: Rounds { measures: self.by_round(), ms: self.groups },
         }

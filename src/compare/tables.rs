@@ -132,6 +132,7 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
         "systematic",
         "raw > 2 %",
         "by chance",
+        "systematic > 10 %",
         "RMS contrast",
         "variance of L − R",
         "relative",
@@ -149,6 +150,7 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
             percent(r.systematic_inconsistency),
             percent(s.map(|s| s.raw)),
             percent(s.map(|s| s.by_chance)),
+            percent(r.systematic_over.as_ref().and_then(|o| o.get(&10).copied())),
             percent(s.map(|s| s.rms)),
             short(r.noise_variance),
             short(r.noise_variance_relative),
@@ -233,18 +235,48 @@ fn overhead(out: &mut String, scene: &SceneReport) {
 
 fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
     let _ = writeln!(out, "## All {scenes} scenes\n");
-    let title = "Geometric means of the ratios, 95 % interval over scenes";
-    head(out, title, &["method", "fallback", "measure", "geomean", "worst scene", "scenes"], 3);
+    let times = [
+        ("total", "ms_total"),
+        ("trace + resolve", "ms_trace_resolve"),
+        ("trace", "ms_trace"),
+        ("resolve", "ms_resolve"),
+        ("MSE at equal time", "equal_time_mse"),
+    ];
+    let errors = [
+        ("MSE", "mse"),
+        ("1 − SSIM", "one_minus_ssim"),
+        ("1 − SSIM, reflection", "one_minus_reflection_ssim"),
+        ("FLIP", "flip"),
+        ("bias²", "bias2"),
+        ("variance", "variance"),
+        ("systematic", "systematic_inconsistency"),
+        ("noise", "noise_variance"),
+    ];
+    summary_table(out, summary, "Times, and error at equal time", &times);
+    summary_table(out, summary, "Equal samples", &errors);
+}
+
+/// Configurations by measures.
+fn summary_table(out: &mut String, summary: &[Summary], title: &str, measures: &[(&str, &str)]) {
+    let title = format!("{title}: geometric means of the scenes' ratios, 95 % interval over scenes; ≤ worst scene");
+    let names: Vec<&str> = ["method"].into_iter().chain(measures.iter().map(|m| m.0)).collect();
+    head(out, &title, &names, 1);
+    let mut seen: Vec<(&str, u32, &str)> = Vec::new();
+    let two = summary.iter().any(|s| s.fallback != summary[0].fallback);
     for s in summary {
-        let cells = [
-            format!("{}@{}", s.method, s.spp),
-            s.fallback.clone(),
-            s.measure.clone(),
-            ratio(s.geomean, s.interval),
-            format!("{:.3}", s.worst),
-            s.scenes.to_string(),
-        ];
-        row(out, cells.into_iter());
+        let which = (s.method.as_str(), s.spp, s.fallback.as_str());
+        if seen.contains(&which) {
+            continue;
+        }
+        seen.push(which);
+        let cell = |(_, measure): &(&str, &str)| {
+            let same = |o: &&Summary| (o.method.as_str(), o.spp, o.fallback.as_str()) == which && o.measure == *measure;
+            let text = |o: &Summary| format!("{}, ≤ {:.3}", ratio(o.geomean, o.interval), o.worst);
+            summary.iter().find(same).map_or_else(|| "–".to_owned(), text)
+        };
+        let name = format!("{}@{}", s.method, s.spp);
+        let name = if two { format!("{name}, {}", s.fallback) } else { name };
+        row(out, std::iter::once(name).chain(measures.iter().map(cell)));
     }
     out.push('\n');
 }

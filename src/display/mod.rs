@@ -2,7 +2,15 @@
 //!
 //! A session's loop is `wait` → machine → `present`, once a frame; a display never decides what is shown.
 
+pub mod content;
+#[cfg(feature = "gpu")]
+pub mod desktop;
 pub mod headless;
+pub mod intervals;
+#[cfg(feature = "gpu")]
+pub mod panel;
+#[cfg(feature = "gpu")]
+mod shaders;
 
 use std::path::PathBuf;
 

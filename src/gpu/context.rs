@@ -1,11 +1,10 @@
 //! The device and what belongs to it once: queue, allocator, pipeline cache, validation messages.
 
-use std::cell::RefCell;
 use std::ffi::{CStr, c_void};
 use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -53,16 +52,18 @@ pub struct Gpu {
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: f32,
+    pub(super) physical: vk::PhysicalDevice,
     pub(super) pipeline_cache: vk::PipelineCache,
     pub(super) limits: vk::PhysicalDeviceLimits,
     ray_tracing: Option<RayTracing>,
     info: DeviceInfo,
     cache_file: Option<PathBuf>,
-    allocator: ManuallyDrop<RefCell<Allocator>>,
+    /// Shared with libraries that draw with their own buffers (see [`Gpu::allocator`]).
+    pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Mutex<Vec<String>>>,
-    instance: ash::Instance,
-    _entry: ash::Entry,
+    pub(super) instance: ash::Instance,
+    pub(super) entry: ash::Entry,
 }
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -130,16 +131,17 @@ impl Gpu {
             queue,
             queue_family: family,
             timestamp_period_ns: properties.limits.timestamp_period,
+            physical,
             pipeline_cache,
             limits: properties.limits,
             ray_tracing,
             info,
             cache_file,
-            allocator: ManuallyDrop::new(RefCell::new(allocator)),
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
             messenger,
             messages,
             instance,
-            _entry: entry,
+            entry,
         }))
     }
 
@@ -173,7 +175,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Validation`].
     pub fn check_validation(&self) -> Result<(), GpuError> {
-        let messages = self.messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         match messages.first() {
             None => Ok(()),
             Some(first) => Err(GpuError::Validation { count: messages.len(), first: first.clone() }),
@@ -194,7 +196,7 @@ impl Gpu {
             linear,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
-        self.allocator.borrow_mut().allocate(&desc).map_err(|e| GpuError::Memory {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&desc).map_err(|e| GpuError::Memory {
             what: what.to_owned(),
             bytes: requirements.size,
             reason: e.to_string(),
@@ -202,7 +204,7 @@ impl Gpu {
     }
 
     pub(super) fn free(&self, allocation: Allocation) {
-        if let Err(error) = self.allocator.borrow_mut().free(allocation) {
+        if let Err(error) = self.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation) {
             tracing::warn!("device memory was not freed: {error}");
         }
     }
@@ -390,6 +392,6 @@ unsafe extern "system" fn heard(
         (text, &*user.cast::<Mutex<Vec<String>>>())
     };
     eprintln!("vulkan validation: {text}");
-    messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(text);
+    messages.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     vk::FALSE
 }

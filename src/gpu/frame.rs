@@ -126,26 +126,9 @@ impl Frame {
 
     /// Declares the next use of an image; the barrier, if one is due, is recorded.
     pub(super) fn use_image(&mut self, image: &Image, next: Use) {
-        let (barrier, state) = image.state.get().then(next, true);
-        image.state.set(state);
-        let Some(barrier) = barrier else { return };
-        let range = vk::ImageSubresourceRange {
-            aspect_mask: image.aspect,
-            base_mip_level: 0,
-            level_count: vk::REMAINING_MIP_LEVELS,
-            base_array_layer: 0,
-            layer_count: vk::REMAINING_ARRAY_LAYERS,
-        };
-        let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(barrier.src_stage)
-            .src_access_mask(barrier.src_access)
-            .dst_stage_mask(barrier.dst_stage)
-            .dst_access_mask(barrier.dst_access)
-            .old_layout(barrier.old_layout)
-            .new_layout(barrier.new_layout)
-            .image(image.raw)
-            .subresource_range(range)];
-        self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+        if let Some(barrier) = image.next_use(next) {
+            self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
+        }
     }
 
     /// Declares the next use of a buffer.
@@ -237,6 +220,30 @@ impl Frame {
         // SAFETY: the region lies within both buffers.
         unsafe { self.gpu.device.cmd_copy_buffer(self.commands, from.raw, to.raw, &[region]) };
         self.use_buffer(to, Use::HOST_READ);
+    }
+
+    /// Copies tightly packed layers into mip 0, one after the other.
+    pub(super) fn copy_to_layers(&mut self, from: &Buffer, to: &Image) {
+        self.use_image(to, Use::COPY_TARGET);
+        let (width, height) = to.extent();
+        let region = vk::BufferImageCopy::default()
+            .image_extent(vk::Extent3D { width, height, depth: 1 })
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: to.aspect,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: to.desc().layers,
+            });
+        // SAFETY: the buffer has the layers' bytes (see `Image::with_layers`).
+        unsafe {
+            self.gpu.device.cmd_copy_buffer_to_image(
+                self.commands,
+                from.raw,
+                to.raw,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &[region],
+            );
+        }
     }
 
     /// Copies tightly packed mip levels into a single-layer image.

@@ -7,7 +7,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::access::State;
+use super::access::{State, Use};
 use super::{Buffer, Called, Frame, Gpu, GpuError};
 
 /// What an image is.
@@ -139,6 +139,47 @@ impl Image {
         frame.copy_to_image(&staging, &image, levels);
         frame.finish()?;
         Ok(image)
+    }
+
+    /// Layers of mip 0, each tightly packed.
+    ///
+    /// # Errors
+    /// As [`Image::new`], or what the copy said.
+    pub fn with_layers(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, layers: &[&[u8]]) -> Result<Image, GpuError> {
+        assert_eq!(layers.len(), desc.layers as usize, "{what}: bytes for every layer");
+        let image = Image::new(gpu, what, desc)?;
+        let bytes = layers.concat();
+        let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
+        staging.write(&bytes);
+        let mut frame = Frame::begin(gpu)?;
+        frame.copy_to_layers(&staging, &image);
+        frame.finish()?;
+        Ok(image)
+    }
+
+    /// Declares the next use; the barrier that it needs, if it does.
+    pub(super) fn next_use(&self, next: Use) -> Option<vk::ImageMemoryBarrier2<'static>> {
+        let (barrier, state) = self.state.get().then(next, true);
+        self.state.set(state);
+        let barrier = barrier?;
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: self.aspect,
+            base_mip_level: 0,
+            level_count: vk::REMAINING_MIP_LEVELS,
+            base_array_layer: 0,
+            layer_count: vk::REMAINING_ARRAY_LAYERS,
+        };
+        Some(
+            vk::ImageMemoryBarrier2::default()
+                .src_stage_mask(barrier.src_stage)
+                .src_access_mask(barrier.src_access)
+                .dst_stage_mask(barrier.dst_stage)
+                .dst_access_mask(barrier.dst_access)
+                .old_layout(barrier.old_layout)
+                .new_layout(barrier.new_layout)
+                .image(self.raw)
+                .subresource_range(range),
+        )
     }
 
     fn make_view(&self, mips: std::ops::Range<u32>, layers: std::ops::Range<u32>) -> Result<vk::ImageView, GpuError> {

@@ -7,10 +7,14 @@ mod access;
 mod buffer;
 mod context;
 mod create;
+mod foreign;
 mod frame;
 mod image;
 mod pass;
 mod raster;
+mod spirv;
+mod surface;
+mod swapchain;
 mod texture;
 
 pub use acceleration::{AccelerationStructure, Placed, Triangles};
@@ -18,10 +22,14 @@ pub use access::Use;
 pub use buffer::Buffer;
 pub use context::{DeviceInfo, Gpu, GpuOptions};
 pub use create::{Creator, OwnDevice, list_devices};
+pub use foreign::{Canvas, UploadPool};
 pub use frame::{Frame, PassTime};
 pub use image::{Image, ImageDesc};
 pub use pass::{ComputePass, Dispatch};
 pub use raster::{Draws, Geometry, Input, RasterPass, RasterPassDesc, Target, Targets};
+pub use spirv::{Aligned, Shader};
+pub use surface::{Surface, WithSurface};
+pub use swapchain::{Shown, Swapchain};
 pub use texture::{Filter, MaterialSets, Sampler};
 
 /// What can go wrong below the renderer.
@@ -39,6 +47,9 @@ pub enum GpuError {
     /// Validation was asked for and is not installed.
     #[error("the Vulkan validation layer is not installed (Debian: vulkan-validationlayers)")]
     NoValidation,
+    /// A window cannot be drawn into.
+    #[error("the window cannot be drawn into: {0}")]
+    Surface(String),
     /// A Vulkan call failed.
     #[error("{call} failed: {result}")]
     Vulkan { call: &'static str, result: ash::vk::Result },

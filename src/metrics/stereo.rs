@@ -10,8 +10,8 @@ use serde::Serialize;
 use super::luminance;
 use super::pairs::{MATCH, Pairs};
 
-/// Contrasts whose shares are counted in single frames.
-pub const THRESHOLDS: [f64; 4] = [0.02, 0.05, 0.10, 0.20];
+/// Contrasts beyond which pairs are counted; the first is what an observer hardly sees.
+pub const THRESHOLDS: [f64; 4] = [MATCH, 0.05, 0.10, 0.20];
 
 /// Luminances of the pairs over the frames of one method.
 #[derive(Debug, Clone)]
@@ -51,6 +51,8 @@ pub struct Systematic {
     /// The share that noise alone would bring beyond 2 %: mean over pairs of P(|t| > 2 %·base / (s/√n)), t with n − 1
     /// degrees of freedom.
     pub by_chance: f64,
+    /// `share` with each of [`THRESHOLDS`] in place of 2 %: fades and missing geometry stay, offsets go.
+    pub over: [f64; THRESHOLDS.len()],
     /// Root of the mean squared Weber contrast of the means, s²/n of each pair subtracted: unbiased before the root.
     pub rms: f64,
 }
@@ -94,25 +96,31 @@ impl<'a> Consistency<'a> {
                 noise_over,
             });
         }
-        let (mut raw, mut by_chance, mut square) = (0.0, 0.0, 0.0);
-        let (mut variance, mut relative) = (0.0, 0.0);
+        let (mut raw, mut by_chance) = ([0.0; THRESHOLDS.len()], [0.0; THRESHOLDS.len()]);
+        let (mut square, mut variance, mut relative) = (0.0, 0.0, 0.0);
         for (mean, squares) in self.mean.iter().zip(&self.squares) {
             let base = base(*mean, self.pairs.epsilon);
             let s2 = squares / (n - 1.0);
-            let error = (s2 / n).sqrt();
+            // Of the contrast.
+            let error = (s2 / n).sqrt() / base;
             let contrast = (mean[0] - mean[1]) / base;
-            raw += f64::from(u8::from(contrast.abs() > MATCH));
-            // Nothing happens by chance where nothing varies.
-            by_chance += if error > 0.0 { 2.0 * student_upper(MATCH * base / error, n - 1.0) } else { 0.0 };
-            square += contrast * contrast - (error / base).powi(2);
+            for (i, threshold) in THRESHOLDS.into_iter().enumerate() {
+                raw[i] += f64::from(u8::from(contrast.abs() > threshold)) / pairs;
+                // Nothing happens by chance where nothing varies.
+                let chance = if error > 0.0 { 2.0 * student_upper(threshold / error, n - 1.0) } else { 0.0 };
+                by_chance[i] += chance / pairs;
+            }
+            square += contrast * contrast - error * error;
             variance += s2;
             relative += s2 / (base * base);
         }
-        let (raw, by_chance) = (raw / pairs, by_chance / pairs);
-        let share = if by_chance < 1.0 { ((raw - by_chance) / (1.0 - by_chance)).max(0.0) } else { 0.0 };
+        let over = std::array::from_fn(|i| match by_chance[i] < 1.0 {
+            true => ((raw[i] - by_chance[i]) / (1.0 - by_chance[i])).max(0.0),
+            false => 0.0,
+        });
         let rms = (square / pairs).max(0.0).sqrt();
         Some(Inconsistency {
-            systematic: Some(Systematic { share, raw, by_chance, rms }),
+            systematic: Some(Systematic { share: over[0], raw: raw[0], by_chance: by_chance[0], over, rms }),
             noise_variance: Some(variance / pairs),
             noise_variance_relative: Some(relative / pairs),
             noise_over,
@@ -185,6 +193,7 @@ mod tests {
             assert!((s.share - 0.3).abs() < 0.03, "noise {noise}: {s:?}");
             // √(0.3 · 0.25²)
             assert!((s.rms - 0.1369).abs() < 0.003, "noise {noise}: {s:?}");
+            assert!((s.over[2] - 0.3).abs() < 0.02 && s.over[0] == s.share, "noise {noise}: {s:?}");
         }
         assert!(found(16, 0.1, 0.3, 0.25).systematic.expect("frames").raw > 0.5);
     }

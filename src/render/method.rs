@@ -180,6 +180,12 @@ const METHODS: &[Parts] = &[
         ..SSSR
     },
     Parts {
+        name: "stereo-guardband",
+        about: "stereo with a tenth of the view drawn beyond each border",
+        guard_band: 100,
+        ..STEREO
+    },
+    Parts {
         name: "sssr-shared-noise",
         about: "the baseline with one random stream for both eyes",
         shared_noise: true,

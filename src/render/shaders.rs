@@ -1,27 +1,8 @@
 //! The compiled shaders, as the build script left them.
 
-use std::borrow::Cow;
-
 use sha2::{Digest, Sha256};
 
-/// Words of SPIR-V.
-pub struct Shader {
-    pub name: &'static str,
-    bytes: &'static [u8],
-}
-
-impl Shader {
-    /// As Vulkan takes them.
-    pub fn words(&self) -> Cow<'static, [u32]> {
-        Cow::Borrowed(bytemuck::cast_slice(self.bytes))
-    }
-}
-
-#[repr(C)]
-struct Aligned<B: ?Sized> {
-    _word: [u32; 0],
-    bytes: B,
-}
+use crate::gpu::{Aligned, Shader};
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 

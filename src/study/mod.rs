@@ -2,9 +2,11 @@
 //!
 //! Definition → plan → session → journal. Nothing here draws: a renderer and a display stand behind traits.
 
+pub mod content;
 pub mod definition;
 pub mod disk;
 pub mod freeze;
+pub mod language;
 pub mod observer;
 pub mod order;
 pub mod plan;

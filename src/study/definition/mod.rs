@@ -24,6 +24,10 @@ pub struct Definition {
     pub id: String,
     /// For people.
     pub title: String,
+    /// Of pages, questionnaires and buttons: `en`, `de`, `fr`, `zh`, or a file beside this one (`my.json`, in the form
+    /// of those in `languages/`). The study's own texts stand as they are written.
+    #[serde(default = "english", skip_serializing_if = "is_english")]
+    pub language: String,
     /// Root of every random stream of the study. Written in JSON, so at most 2⁵³ − 1.
     #[schemars(range(min = 0, max = 9007199254740991u64))]
     pub seed: u64,
@@ -98,6 +102,14 @@ pub struct Definition {
     /// What will be computed.
     #[serde(default = "plain_analysis")]
     pub analysis: AnalysisPlan,
+}
+
+fn english() -> String {
+    "en".to_owned()
+}
+
+fn is_english(language: &str) -> bool {
+    language == "en"
 }
 
 fn one() -> u32 {

@@ -110,7 +110,7 @@ pub enum Screen {
 }
 
 /// A page of text that waits for the participant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Page {
     Consent,
     Instructions,
@@ -124,6 +124,9 @@ pub enum Page {
 }
 
 impl Page {
+    pub const ALL: [Page; 7] =
+        [Page::Consent, Page::Instructions, Page::Ready, Page::Break, Page::Paused, Page::WelcomeBack, Page::Thanks];
+
     /// The journal's word for it.
     pub fn phase(self) -> &'static str {
         match self {

@@ -1,0 +1,192 @@
+//! The test in a window.
+
+use std::time::Instant;
+
+use winit::keyboard::{Key, NamedKey};
+
+use super::Found;
+use crate::console::check_interrupted;
+use crate::display::content::{Content, Dots};
+use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage};
+use crate::display::intervals::Intervals;
+use crate::display::panel::{Corner, Note, Panel, View};
+use crate::gpu::Image;
+use crate::study::protocol::{Screen, ScreeningTrial};
+use crate::study::stereogram::Stereogram;
+
+/// Stereograms that are asked about.
+const STEREOGRAMS: u32 = 4;
+/// Frames between two changes of the flickering square.
+const FLICKER: u64 = 30;
+/// Linear value of the ground, display value 128.
+const GROUND: f32 = 0.21586;
+
+struct Test {
+    options: DesktopOptions,
+    words: Option<Image>,
+    panel: Panel,
+    stage: Stage,
+}
+
+/// What a picture is made of.
+struct Card<'a> {
+    notes: [&'a [Note]; 2],
+    patch: Option<f32>,
+}
+
+/// Runs the whole test.
+///
+/// # Errors
+/// No desktop, a window that was closed, a failing device.
+pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool) -> anyhow::Result<Found> {
+    let stage = Stage::open(&DesktopOptions { title: "cyclopean display test".to_owned(), ..options.clone() })?;
+    let panel = Panel::new(stage.gpu(), options.px_per_degree, None, true)?;
+    let mut test = Test { words: None, panel, stage, options };
+    test.stage.start_clock(0);
+    let intervals = test.measure(seconds)?;
+    let asks_eyes = !is_unattended && test.options.mode.is_stereo();
+    let eyes_right = if asks_eyes { Some(test.ask_eyes()?) } else { None };
+    let depth_right = if asks_eyes { Some(test.ask_depth()?) } else { None };
+    test.stage.gpu().check_validation()?;
+    let monitor = test.stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
+    Ok(Found {
+        display: format!("{monitor} at {:.2} Hz, {}", test.stage.rate().nominal_hz, test.options.mode.name()),
+        timing: test.stage.timing().to_owned(),
+        intervals,
+        eyes_right,
+        depth_right,
+    })
+}
+
+impl Test {
+    fn view_px(&self) -> (u32, u32) {
+        self.options.mode.view(self.stage.size().unwrap_or((64, 64)))
+    }
+
+    /// Presents one card for the next frame; gives what was pressed before it.
+    fn show(&mut self, card: &Card<'_>, is_new: bool) -> anyhow::Result<Vec<Key>> {
+        let mut keys = Vec::new();
+        let mut is_new = is_new;
+        loop {
+            check_interrupted()?;
+            match self.stage.wait()? {
+                None => break,
+                Some(Happened::Key { key, is_repeat: false, .. }) => keys.push(key),
+                Some(Happened::Close) => anyhow::bail!("the window was closed before the test was over"),
+                Some(Happened::Resized) => is_new = true,
+                Some(_) => {}
+            }
+        }
+        self.stage.frame();
+        if is_new {
+            let (width, height) = self.view_px();
+            let words = match self.words.take().filter(|w| w.extent() == (width, height)) {
+                Some(words) => words,
+                None => self.panel.image(width, height)?,
+            };
+            self.panel.write(card.notes, [GROUND, GROUND, GROUND, 1.0], &words)?;
+            self.compose(&words, card.patch)?;
+            self.words = Some(words);
+        }
+        self.stage.present()?;
+        Ok(keys)
+    }
+
+    fn compose(&self, words: &Image, patch: Option<f32>) -> anyhow::Result<()> {
+        let parts = Parts {
+            mode: self.options.mode,
+            picture: Picture::None,
+            place: [0; 4],
+            words,
+            apart_px: 0,
+            ground: GROUND,
+            patch,
+        };
+        Ok(self.stage.compose(&parts)?)
+    }
+
+    fn line(&self, text: &str, up: f32) -> Note {
+        let (width, height) = self.view_px();
+        let at = [width as f32 / 2.0, height as f32 * up];
+        Note::Text { text: text.to_owned(), at, corner: Corner::Middle, size: 1.0 }
+    }
+
+    /// Frames go out while the square flickers.
+    fn measure(&mut self, seconds: f64) -> anyhow::Result<Option<Intervals>> {
+        let hz = self.stage.rate().nominal_hz;
+        let note = [self.line("Measuring. The square in the corner is for a photodiode.", 0.5)];
+        let began = Instant::now();
+        let (mut times, mut frame) = (Vec::new(), 0);
+        while began.elapsed().as_secs_f64() < seconds {
+            let patch = Some(if frame / FLICKER % 2 == 0 { 0.0 } else { 1.0 });
+            self.show(&Card { notes: [&note, &note], patch }, frame % FLICKER == 0)?;
+            // When the picture went out, or where the driver knows, when the one before was seen.
+            times.push(self.stage.last_seen_ns().unwrap_or_else(|| self.stage.now_ns()));
+            frame += 1;
+        }
+        // The first frames draw the words.
+        Ok(Intervals::of(times.get(5..).unwrap_or_default(), hz))
+    }
+
+    /// Each eye sees one of two words.
+    fn ask_eyes(&mut self) -> anyhow::Result<bool> {
+        let question = self.line("Close your right eye. Which word do you see? Press L or R.", 0.3);
+        let notes = |word: &str, test: &Test| vec![question.clone(), test.line(word, 0.5)];
+        let (left, right) = (notes("L  left", self), notes("R  right", self));
+        let mut is_new = true;
+        loop {
+            let keys = self.show(&Card { notes: [&left, &right], patch: None }, is_new)?;
+            is_new = false;
+            for key in keys {
+                match key {
+                    Key::Character(c) if c.eq_ignore_ascii_case("l") => return Ok(true),
+                    Key::Character(c) if c.eq_ignore_ascii_case("r") => return Ok(false),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Squares that only two eyes together can see, two pixels in front.
+    fn ask_depth(&mut self) -> anyhow::Result<(u32, u32)> {
+        let trials: Vec<ScreeningTrial> = (0..STEREOGRAMS)
+            .map(|trial| ScreeningTrial {
+                disparity_arcsec: 0.0,
+                disparity_px: 4,
+                arcsec_per_px: 1.0,
+                trial,
+                shown: [2, 1, 3, 0][trial as usize % 4],
+                required: false,
+            })
+            .collect();
+        let dots = |(i, trial): (usize, &ScreeningTrial)| {
+            let made = Stereogram::new(1, 0, i, trial, 256);
+            Dots { size: made.size, eyes: [made.left, made.right] }
+        };
+        let content = Content::of_dots(trials.iter().enumerate().map(dots).collect());
+        let mut right = 0;
+        for (at, trial) in trials.iter().enumerate() {
+            right += u32::from(self.ask_one(&content, at)? == trial.shown);
+        }
+        Ok((right, STEREOGRAMS))
+    }
+
+    fn ask_one(&mut self, content: &Content, at: usize) -> anyhow::Result<u32> {
+        let (width, height) = self.view_px();
+        let words = self.panel.image(width, height)?;
+        self.panel.draw(content, &View::of(&Screen::Dots(at)), &words)?;
+        self.compose(&words, None)?;
+        loop {
+            for key in self.show(&Card { notes: [&[], &[]], patch: None }, false)? {
+                match &key {
+                    Key::Character(c) => match c.parse::<u32>() {
+                        Ok(n @ 1..=4) => return Ok(n - 1),
+                        _ => {}
+                    },
+                    Key::Named(NamedKey::Escape) => anyhow::bail!("the test was given up"),
+                    _ => {}
+                }
+            }
+        }
+    }
+}

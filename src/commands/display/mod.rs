@@ -1,0 +1,99 @@
+//! `cyclopean display`: whether a display keeps time, and gives each eye its own picture.
+
+mod desktop;
+
+use clap::{Subcommand, ValueEnum};
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::display::intervals::Intervals;
+
+/// Tests a display before anybody sits down.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// A flickering square for a photodiode, the intervals between frames, which eye sees what, and depth.
+    Test(TestArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct TestArgs {
+    /// The display.
+    #[arg(long, value_enum, default_value_t = DisplayKind::Desktop)]
+    display: DisplayKind,
+    /// How long intervals are measured.
+    #[arg(long, default_value_t = 5.0, value_parser = seconds)]
+    seconds: f64,
+    /// Ask nothing: measure intervals only.
+    #[arg(long)]
+    unattended: bool,
+    /// Refresh rate, Hz, of a monitor that does not say it.
+    #[arg(long, value_parser = hz)]
+    hz: Option<f64>,
+    #[command(flatten)]
+    desk: super::desk::DeskArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DisplayKind {
+    Desktop,
+}
+
+/// What a test found.
+#[derive(Debug, Serialize)]
+pub struct Found {
+    pub display: String,
+    /// Who says when a frame is seen.
+    pub timing: String,
+    pub intervals: Option<Intervals>,
+    /// Each eye saw its own picture; none: nobody was asked, or the mode shows one eye's.
+    pub eyes_right: Option<bool>,
+    /// Squares seen in a stereogram, of how many; chance is a quarter.
+    pub depth_right: Option<(u32, u32)>,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// No such display here, or eyes that are exchanged.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let Command::Test(args) = args.command;
+    let found = match args.display {
+        DisplayKind::Desktop => {
+            let options = crate::display::desktop::DesktopOptions { hz: args.hz, ..args.desk.options() };
+            desktop::test(options, args.seconds, args.unattended)?
+        }
+    };
+    console.object(&found)?;
+    console.line(format!("{}, timed by {}", found.display, found.timing));
+    for line in found.intervals.iter().flat_map(Intervals::lines) {
+        console.line(line);
+    }
+    if let Some((right, of)) = found.depth_right {
+        let word = if right == of { "depth is seen" } else { "depth is not seen reliably" };
+        console.line(format!("stereograms: {right} of {of} right; {word}"));
+    }
+    match found.eyes_right {
+        None => Ok(()),
+        Some(true) => {
+            console.line("each eye sees its own picture");
+            Ok(())
+        }
+        Some(false) => {
+            anyhow::bail!("the eyes are exchanged: turn the glasses or the cable round, or use another --mode")
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|s| (0.5..=3600.0).contains(s)).ok_or("a number from 0.5 to 3600".to_owned())
+}
+
+fn hz(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|s| (1.0..=1000.0).contains(s)).ok_or("a number from 1 to 1000".to_owned())
+}

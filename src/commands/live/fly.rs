@@ -1,0 +1,108 @@
+//! A camera that is flown: keys move it, the mouse turns it.
+
+use std::collections::BTreeSet;
+
+use glam::{DQuat, DVec3};
+
+use crate::scene::View;
+
+/// What a key does while it is down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Way {
+    Forward,
+    Back,
+    Left,
+    Right,
+    Up,
+    Down,
+}
+
+/// Metres a second for a person in a room; shift is three times as fast.
+const WALK: f64 = 1.0;
+const RUN: f64 = 3.0;
+/// Radians a pixel of the mouse.
+const TURN: f64 = 0.003;
+/// Straight up and down stay out of reach.
+const STEEPEST: f64 = 1.5;
+
+/// Where one is and looks.
+#[derive(Debug, Clone)]
+pub struct Fly {
+    view: View,
+    /// Radians: to the left, up.
+    yaw: f64,
+    pitch: f64,
+    held: BTreeSet<Way>,
+    pub is_fast: bool,
+}
+
+impl Fly {
+    pub fn new(view: &View) -> Fly {
+        let ahead = view.world_from_view * DVec3::NEG_Z;
+        let (yaw, pitch) = ((-ahead.x).atan2(-ahead.z), ahead.y.clamp(-1.0, 1.0).asin());
+        Fly { view: view.clone(), yaw, pitch, held: BTreeSet::new(), is_fast: false }
+    }
+
+    pub fn hold(&mut self, way: Way, is_held: bool) {
+        if is_held {
+            self.held.insert(way)
+        } else {
+            self.held.remove(&way)
+        };
+    }
+
+    pub fn let_go(&mut self) {
+        self.held.clear();
+    }
+
+    /// The mouse was moved by so many pixels, right and down.
+    pub fn turn(&mut self, [x, y]: [f32; 2]) {
+        self.yaw -= TURN * f64::from(x);
+        self.pitch = (self.pitch - TURN * f64::from(y)).clamp(-STEEPEST, STEEPEST);
+        self.view.world_from_view = DQuat::from_rotation_y(self.yaw) * DQuat::from_rotation_x(self.pitch);
+    }
+
+    /// True: it has moved.
+    pub fn step(&mut self, seconds: f64) -> bool {
+        let way = |to: Way, back: Way| f64::from(self.held.contains(&to)) - f64::from(self.held.contains(&back));
+        let level = DQuat::from_rotation_y(self.yaw);
+        let along = level * DVec3::new(way(Way::Right, Way::Left), 0.0, way(Way::Back, Way::Forward));
+        let step = along + DVec3::Y * way(Way::Up, Way::Down);
+        let speed = if self.is_fast { RUN * WALK } else { WALK };
+        self.view.position += step.normalize_or_zero() * speed * seconds;
+        step != DVec3::ZERO
+    }
+
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forward_is_where_one_looks_and_turning_keeps_the_horizon() {
+        let view = View {
+            name: "v".to_owned(),
+            position: DVec3::ZERO,
+            world_from_view: DQuat::from_rotation_y(0.5),
+            vertical_fov_rad: 1.0,
+            ipd_m: 0.06,
+            cant_rad: 0.0,
+            near_m: 0.1,
+        };
+        let mut fly = Fly::new(&view);
+        fly.turn([0.0, 0.0]);
+        assert!(fly.view().world_from_view.angle_between(view.world_from_view) < 1e-6);
+        assert!(!fly.step(1.0));
+        fly.hold(Way::Forward, true);
+        assert!(fly.step(2.0));
+        let ahead = view.world_from_view * DVec3::NEG_Z;
+        assert!((fly.view().position - 2.0 * ahead).length() < 1e-9);
+        fly.turn([400.0, -9000.0]);
+        let right = fly.view().world_from_view * DVec3::X;
+        assert!(right.y.abs() < 1e-9, "the horizon stays level");
+    }
+}

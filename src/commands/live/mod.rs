@@ -1,0 +1,63 @@
+//! `cyclopean live`: a scene rendered while one looks at it.
+
+mod desktop;
+mod fly;
+
+use std::sync::Arc;
+
+use clap::ValueEnum;
+
+use super::WrongUsage;
+use super::device::{self, Size};
+use crate::console::Console;
+use crate::render::Method;
+use crate::scene;
+
+/// Explores a scene in stereo and switches methods.
+#[derive(Debug, clap::Args)]
+#[command(after_help = KEYS)]
+pub struct Args {
+    /// A built-in name, a manifest (.json), or a .gltf or .glb file.
+    scene: String,
+    /// The method to begin with, or NAME@N for N rays a pixel.
+    #[arg(long, short, default_value = "stereo")]
+    method: String,
+    /// The view to begin at; the scene's first by default.
+    #[arg(long)]
+    view: Option<String>,
+    /// Where it is shown.
+    #[arg(long, value_enum, default_value_t = DisplayKind::Desktop)]
+    display: DisplayKind,
+    /// Pixels of one eye, WIDTHxHEIGHT; as many as are shown by default, fewer on a software device.
+    #[arg(long)]
+    size: Option<Size>,
+    /// Ends after so many frames.
+    #[arg(long)]
+    frames: Option<u64>,
+    #[command(flatten)]
+    desk: super::desk::DeskArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DisplayKind {
+    Desktop,
+}
+
+const KEYS: &str = "Keys: W A S D and E Q move, Shift is faster, the mouse turns while its button is down, arrows turn; \
+                    1 to 9 and Tab switch the method, V the view, R returns to it, H hides the words, Esc ends.";
+
+/// See [`Args`].
+///
+/// # Errors
+/// Wrong usage, an unreadable scene, no desktop, no device.
+pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
+    let method = Method::parse(&args.method).map_err(|e| WrongUsage(e.to_string()))?;
+    let scene = Arc::new(scene::load(&args.scene)?);
+    let view = device::view(&scene, args.view.as_deref())?.clone();
+    match args.display {
+        DisplayKind::Desktop => {
+            let asked = desktop::Asked { scene, view, method, size: args.size, frames: args.frames };
+            desktop::run(asked, args.desk.options(), console)
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! What a [`Screen`] means in words and pictures. Made once, before a session, by who knows the study; a display
+//! shows it and knows nothing else. No method's name is in it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::study::protocol::{Input, Page, Screen};
+
+/// Everything a display can be asked to show, in the study's language.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Content {
+    pub words: Words,
+    pub pages: BTreeMap<Page, PageText>,
+    /// By the index of `Screen::Item`.
+    pub items: Vec<ItemText>,
+    /// By the index of `Screen::Dots`.
+    pub dots: Vec<Dots>,
+    /// The question on the panel.
+    pub question: String,
+    /// The words of its choices, in order.
+    pub choices: Vec<String>,
+    /// By presentation.
+    pub presentations: Vec<Presentation>,
+    /// Both eyes see one flat picture: the reference, and the test image mirrored about its vertical axis.
+    pub is_mirrored_pair: bool,
+    /// Stimuli are called A and B, by a letter below them.
+    pub has_letters: bool,
+    pub blank: Blank,
+    /// Stimuli: pixels per eye.
+    pub stimulus_px: [u32; 2],
+    /// Horizontal field of view that the stimuli were rendered with, degrees; none: each view has its own.
+    pub stimulus_fov_deg: Option<f64>,
+    /// On a flat display or quad a stimulus is at most this wide, degrees.
+    pub quad_deg: f64,
+    /// The session pauses so many seconds after the panel opened.
+    pub pause_seconds: f64,
+    /// A word that stands with a frame on everything shown: a pilot or simulated session. None in a real one.
+    pub mark: Option<String>,
+    /// A font file for letters that the built-in fonts lack.
+    pub font: Option<Vec<u8>>,
+}
+
+/// A page of text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PageText {
+    pub title: String,
+    pub body: String,
+    /// Below the text, small.
+    pub small: Option<String>,
+    /// What can be done, the way on first.
+    pub buttons: Vec<(String, Input)>,
+}
+
+/// One item of a questionnaire.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ItemText {
+    /// Above the question, small: what is asked in general.
+    pub lead: String,
+    pub question: String,
+    pub options: Vec<String>,
+    /// Number of the item from 1, and of how many.
+    pub progress: (usize, usize),
+}
+
+/// A random-dot stereogram: both eyes' images, black (0) and white (255), rows from the top; a dot is a display pixel.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Dots {
+    /// Dots a side.
+    pub size: usize,
+    /// Left, right.
+    pub eyes: [Vec<u8>; 2],
+}
+
+impl std::fmt::Debug for Dots {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Dots {{ {0} × {0} }}", self.size)
+    }
+}
+
+/// What a display must know of a presentation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Presentation {
+    /// Number from 1 among those that count for the participant, and of how many; none: practice.
+    pub progress: Option<(usize, usize)>,
+    /// Mirrored pair: 0 the left eye's images are shown, 1 the right eye's.
+    pub eye: usize,
+}
+
+/// The blank frame, and the ground of every page.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Blank {
+    /// Displayed value (not linear), 0 black ..= 1 white.
+    pub grey: f64,
+    /// A cross at screen depth.
+    pub fixation: bool,
+}
+
+impl Blank {
+    /// The grey as a byte.
+    pub fn byte(&self) -> u8 {
+        (self.grey * 255.0).round() as u8
+    }
+
+    /// The byte's linear value, as IEC 61966-2-1 has it.
+    pub fn linear(&self) -> f32 {
+        let v = f32::from(self.byte()) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    }
+}
+
+/// Sentences and buttons of this program, from `languages/*.json`. `{…}` stands for what is filled in.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Words {
+    pub agree: String,
+    pub disagree: String,
+    pub go_on: String,
+    pub begin: String,
+    pub finish: String,
+    pub confirm: String,
+    pub rather_not_say: String,
+    pub consent_title: String,
+    /// `{purpose}` and `{until}`
+    pub consent_small: String,
+    pub instructions_title: String,
+    pub ready_title: String,
+    pub ready: String,
+    pub break_title: String,
+    pub break_text: String,
+    pub paused_title: String,
+    pub paused: String,
+    pub welcome_back_title: String,
+    pub welcome_back: String,
+    pub thanks_title: String,
+    pub thanks: String,
+    /// Above the questions about the person.
+    pub person_lead: String,
+    /// Above the symptoms.
+    pub ssq_lead: String,
+    pub dots: String,
+    pub practice: String,
+    /// `{at}` and `{of}`
+    pub progress: String,
+    pub reminder: String,
+    /// `{seconds}`
+    pub time_left: String,
+    pub pilot: String,
+    pub simulated: String,
+}
+
+impl Words {
+    /// `7 of 27`
+    pub fn progress((at, of): (usize, usize), text: &str) -> String {
+        text.replace("{at}", &at.to_string()).replace("{of}", &of.to_string())
+    }
+}
+
+impl Content {
+    /// Stereograms alone, in English: to test a display.
+    pub fn of_dots(dots: Vec<Dots>) -> Content {
+        Content {
+            words: Words {
+                dots: "One square floats in front. Press its number.".to_owned(),
+                progress: "{at} of {of}".to_owned(),
+                ..Words::default()
+            },
+            dots,
+            blank: Blank { grey: 0.5, fixation: true },
+            quad_deg: 70.0,
+            ..Content::default()
+        }
+    }
+
+    /// Seconds until the session pauses, in steps of five, for a panel whose reminder stands; `open_s`: since it opened.
+    pub fn time_left_s(&self, open_s: f64) -> u32 {
+        let left = (self.pause_seconds - open_s).max(0.0);
+        (5.0 * (left / 5.0).ceil()) as u32
+    }
+
+    /// How many alternatives a `Choose` has on this screen.
+    pub fn choices_of(&self, screen: &Screen) -> usize {
+        match screen {
+            Screen::Item(at) => self.items.get(*at).map_or(0, |item| item.options.len()),
+            Screen::Dots(_) => 4,
+            Screen::Panel { .. } => self.choices.len(),
+            Screen::Page(_) | Screen::Stimulus { .. } | Screen::Blank => 0,
+        }
+    }
+}

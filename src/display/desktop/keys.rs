@@ -1,0 +1,105 @@
+//! Which key means what.
+//!
+//! | key | meaning |
+//! |---|---|
+//! | 1 … 9 | choose |
+//! | arrows, Tab | move the choice, or what Enter would press |
+//! | Enter, Space | confirm, go on, press what is marked |
+//! | Backspace | no answer; on the consent page: I do not agree |
+//! | Esc, P | pause |
+//! | F9 | the operator pauses |
+//! | F10 | the operator passes over this state |
+//! | Ctrl+Q | close; the session can be resumed |
+//! | Ctrl+Shift+A | the operator gives the session up |
+//! | Ctrl+Shift+W | the participant leaves and takes the data along |
+
+use winit::keyboard::{Key, ModifiersState, NamedKey};
+
+use crate::display::content::Content;
+use crate::display::panel::Target;
+use crate::study::protocol::{Input, Page, Screen};
+
+/// What a key does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Does {
+    Input(Input),
+    /// The mark goes to this target.
+    Mark(usize),
+}
+
+/// Where the keys work.
+pub struct Place<'a> {
+    pub screen: &'a Screen,
+    pub content: &'a Content,
+    pub targets: &'a [Target],
+    /// The target that is marked.
+    pub mark: Option<usize>,
+}
+
+impl Place<'_> {
+    /// None: the key means nothing here.
+    pub fn does(&self, key: &Key, modifiers: ModifiersState) -> Option<Does> {
+        let input = |input| Some(Does::Input(input));
+        let (control, shift) = (modifiers.control_key(), modifiers.shift_key());
+        if control {
+            return match (key, shift) {
+                (Key::Character(c), false) if c.eq_ignore_ascii_case("q") => input(Input::Quit),
+                (Key::Character(c), true) if c.eq_ignore_ascii_case("a") => input(Input::Abandon),
+                (Key::Character(c), true) if c.eq_ignore_ascii_case("w") => input(Input::Withdraw),
+                _ => None,
+            };
+        }
+        match key {
+            Key::Named(NamedKey::Escape) => self.pause(),
+            Key::Named(NamedKey::F9) => input(Input::Pause { by_operator: true }),
+            Key::Named(NamedKey::F10) => input(Input::Skip),
+            Key::Named(NamedKey::Enter | NamedKey::Space) => self.press(),
+            Key::Named(NamedKey::Backspace) => {
+                let declines = self.targets.iter().any(|t| t.input == Input::Decline);
+                declines.then_some(Does::Input(Input::Decline))
+            }
+            Key::Named(NamedKey::Tab) => self.step(if shift { -1 } else { 1 }),
+            Key::Named(NamedKey::ArrowLeft | NamedKey::ArrowUp) => self.step(-1),
+            Key::Named(NamedKey::ArrowRight | NamedKey::ArrowDown) => self.step(1),
+            Key::Character(c) if c.eq_ignore_ascii_case("p") => self.pause(),
+            Key::Character(c) => self.choose(c.parse::<u32>().ok()?.checked_sub(1)?),
+            _ => None,
+        }
+    }
+
+    /// Stand still, unless one does.
+    pub fn pause(&self) -> Option<Does> {
+        let is_paused = *self.screen == Screen::Page(Page::Paused);
+        (!is_paused).then_some(Does::Input(Input::Pause { by_operator: false }))
+    }
+
+    /// The alternative of this number, where there is one.
+    pub fn choose(&self, choice: u32) -> Option<Does> {
+        ((choice as usize) < self.content.choices_of(self.screen)).then_some(Does::Input(Input::Choose(choice)))
+    }
+
+    /// What is marked; without a mark the confirmation of a choice, or the way on from a page.
+    pub fn press(&self) -> Option<Does> {
+        let marked = self.mark.and_then(|mark| self.targets.get(mark));
+        let plain = || {
+            let on = |t: &&Target| matches!(t.input, Input::Confirm | Input::Continue);
+            self.targets.iter().find(on)
+        };
+        marked.or_else(plain).map(|target| Does::Input(target.input.clone()))
+    }
+
+    /// On a panel the choice itself moves; elsewhere the mark does.
+    pub fn step(&self, by: i32) -> Option<Does> {
+        let next = |at: Option<usize>, n: usize| match at {
+            None if by > 0 => 0,
+            None => n - 1,
+            Some(at) => (at as i32 + by).rem_euclid(n as i32) as usize,
+        };
+        if let Screen::Panel { chosen, .. } = self.screen {
+            let n = self.content.choices.len();
+            return (n > 0).then(|| Does::Input(Input::Choose(next(chosen.map(|c| c as usize), n) as u32)));
+        }
+        let n = self.targets.len();
+        (n > 0).then(|| Does::Mark(next(self.mark, n)))
+    }
+}

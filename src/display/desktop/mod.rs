@@ -1,0 +1,310 @@
+//! A window at a desk: two eyes' pictures side by side, crossed or in red and cyan; keys, mouse and joystick.
+
+mod compose;
+mod joystick;
+mod keys;
+mod options;
+mod pacer;
+mod shell;
+mod stage;
+mod stills;
+mod words;
+
+use std::collections::VecDeque;
+
+use cyclopean_analysis::journal::record::{self, Shown, Trust};
+
+use super::content::Content;
+use super::panel::View;
+use super::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
+use crate::gpu::Image;
+use crate::study::protocol::{Event, Input, Screen};
+
+pub use compose::{Composer, Parts, Picture, fit};
+pub use options::{DesktopOptions, Mode};
+pub use pacer::Pacer;
+pub use shell::{Happened, MonitorInfo, ShellError, monitors};
+pub use stage::{Rate, Stage, StageError};
+
+use joystick::{Joysticks, Moved};
+use keys::{Does, Place};
+use words::Written;
+
+const DISPLAY: &str = "desktop";
+
+/// See the module's documentation. Owners last.
+pub struct Desktop {
+    options: DesktopOptions,
+    info: DisplayInfo,
+    content: Option<Content>,
+    stills: Vec<Image>,
+    written: Option<Written>,
+    /// What stands in the window.
+    shown: Option<View>,
+    screen: Screen,
+    hover: Option<usize>,
+    /// When the panel that stands was opened.
+    panel_since_ns: u64,
+    pending: VecDeque<Event>,
+    joysticks: Joysticks,
+    frame_is_due: bool,
+    hz_said: f64,
+    stage: Stage,
+}
+
+impl Desktop {
+    /// Opens the window.
+    ///
+    /// # Errors
+    /// [`StageError`] naming what is missing.
+    pub fn open(options: DesktopOptions) -> Result<Desktop, StageError> {
+        let stage = Stage::open(&options)?;
+        let info = information(&options, &stage);
+        Ok(Desktop {
+            hz_said: info.nominal_hz,
+            options,
+            info,
+            content: None,
+            stills: Vec::new(),
+            written: None,
+            shown: None,
+            screen: Screen::Blank,
+            hover: None,
+            panel_since_ns: 0,
+            pending: VecDeque::new(),
+            joysticks: Joysticks::default(),
+            frame_is_due: false,
+            stage,
+        })
+    }
+
+    /// What is shown from now on, and the time at which the session's clock goes on.
+    ///
+    /// # Errors
+    /// The words cannot be drawn.
+    pub fn begin(&mut self, content: Content, start_ns: u64) -> Result<(), DisplayError> {
+        self.written = Some(Written::new(self.stage.gpu(), &content, &self.options).map_err(failed)?);
+        self.content = Some(content);
+        self.stage.start_clock(start_ns);
+        Ok(())
+    }
+
+    fn happened(&mut self, happened: Happened) {
+        let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
+        let place = Place { screen: &self.screen, content, targets: &written.drawn().targets, mark: self.hover };
+        let does = match happened {
+            Happened::Key { is_repeat: true, .. } => None,
+            Happened::Key { key, modifiers, .. } => place.does(&key, modifiers),
+            Happened::Pointer(at) => {
+                let size = self.stage.size().unwrap_or((1, 1));
+                self.hover = written.drawn().at(self.options.mode.place(at, size));
+                None
+            }
+            Happened::Click => self.hover.and_then(|mark| written.drawn().input(mark)).map(Does::Input),
+            Happened::Focus(has) => {
+                self.pending.push_back(Event::Focus(has));
+                None
+            }
+            Happened::Visible(is) => {
+                self.pending.push_back(Event::Visible(is));
+                None
+            }
+            Happened::Resized => {
+                self.shown = None;
+                None
+            }
+            Happened::Close => Some(Does::Input(Input::Quit)),
+            Happened::KeyUp(_) | Happened::Release | Happened::Moved(_) | Happened::Gone => None,
+        };
+        self.do_it(does);
+    }
+
+    /// A stick moves the choice, its first button confirms, its start button pauses.
+    fn look_at_joysticks(&mut self) {
+        for moved in self.joysticks.take() {
+            let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
+            let place = Place { screen: &self.screen, content, targets: &written.drawn().targets, mark: self.hover };
+            let does = match moved {
+                Moved::Step(by) => place.step(by),
+                Moved::Press => place.press(),
+                Moved::Pause => place.pause(),
+            };
+            self.do_it(does);
+        }
+    }
+
+    fn do_it(&mut self, does: Option<Does>) {
+        match does {
+            Some(Does::Input(input)) => self.pending.push_back(Event::Input(input)),
+            Some(Does::Mark(target)) => self.hover = Some(target),
+            None => {}
+        }
+    }
+
+    /// Composes every kind of picture once: drivers compile when a shader first runs, and that must not be a trial.
+    fn warm_up(&mut self) -> Result<(), DisplayError> {
+        let Some(content) = &self.content else { return Ok(()) };
+        let shows = if content.has_letters { &[Shown::A, Shown::B][..] } else { &[Shown::Stimulus] };
+        let reference = content.is_mirrored_pair.then_some(0);
+        let stimulus = |&show: &Shown| Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference };
+        let mut screens: Vec<Screen> =
+            if self.stills.is_empty() { Vec::new() } else { shows.iter().map(stimulus).collect() };
+        screens.push(Screen::Blank);
+        let screen = self.screen.clone();
+        for warm in screens {
+            self.screen = warm;
+            self.compose()?;
+        }
+        (self.screen, self.shown) = (screen, None);
+        Ok(())
+    }
+
+    /// Composes the window's picture if it is another one.
+    fn compose(&mut self) -> Result<(), DisplayError> {
+        let (Some(content), Some(written), Some(size)) = (&self.content, &mut self.written, self.stage.size()) else {
+            return Ok(());
+        };
+        let mut view = View { hover: self.hover, ..View::of(&self.screen) };
+        if let Screen::Panel { reminder: true, .. } = self.screen {
+            let open_s = self.stage.now_ns().saturating_sub(self.panel_since_ns) as f64 / 1e9;
+            view.time_left_s = Some(content.time_left_s(open_s));
+        }
+        if self.shown.as_ref() == Some(&view) {
+            return Ok(());
+        }
+        let eye_view = self.options.mode.view(size);
+        let words = written.draw(content, &view, eye_view).map_err(failed)?;
+        let (picture, shape) = match self.screen {
+            Screen::Stimulus { presentation, stimulus, reference, .. } => {
+                let eye = content.presentations.get(presentation as usize).map_or(0, |p| p.eye);
+                let still = |at: u32| {
+                    let what = format!("stimulus {at} was never loaded");
+                    self.stills.get(at as usize).ok_or(DisplayError { display: DISPLAY, what })
+                };
+                let test = still(stimulus)?;
+                let (width, height) = test.extent();
+                match reference {
+                    None => (Picture::Stereo { image: test, is_encoded: false }, (width, height)),
+                    Some(at) => (Picture::Pair { reference: still(at)?, test, eye }, (2 * width, height)),
+                }
+            }
+            _ => (Picture::None, (1, 1)),
+        };
+        let most = (content.quad_deg * f64::from(self.options.px_per_degree)) as u32;
+        let place = fit(eye_view, shape, most.max(16), Written::letter_px(content, &self.options));
+        let is_stimulus = matches!(self.screen, Screen::Stimulus { .. });
+        let parts = Parts {
+            mode: self.options.mode,
+            picture,
+            place,
+            words,
+            apart_px: self.options.apart_px,
+            ground: content.blank.linear(),
+            patch: self.options.patch.then_some(if is_stimulus { 1.0 } else { 0.0 }),
+        };
+        self.stage.compose(&parts).map_err(lost)?;
+        let points =
+            !written.drawn().targets.is_empty() && !matches!(self.options.mode, Mode::SideBySide | Mode::Crossed);
+        self.stage.show_pointer(points);
+        self.shown = Some(view);
+        Ok(())
+    }
+}
+
+impl Display for Desktop {
+    fn info(&self) -> &DisplayInfo {
+        &self.info
+    }
+
+    fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
+        self.stills = stills::load(self.stage.gpu(), stimuli, DISPLAY)?;
+        self.warm_up()
+    }
+
+    fn wait(&mut self, _idle_frames: u64) -> Result<Timed, DisplayError> {
+        self.look_at_joysticks();
+        loop {
+            if let Some(event) = self.pending.pop_front() {
+                return Ok(Timed { now_ns: self.stage.now_ns(), event });
+            }
+            match self.stage.wait().map_err(lost)? {
+                Some(happened) => self.happened(happened),
+                None => break,
+            }
+        }
+        if let Some(hz) = self.stage.monitor().and_then(|m| m.hz).filter(|_| self.options.hz.is_none())
+            && (hz - self.hz_said).abs() > 0.5
+        {
+            self.hz_said = hz;
+            return Ok(Timed { now_ns: self.stage.now_ns(), event: Event::RefreshRate(hz) });
+        }
+        let (at_ns, rendered) = self.stage.frame();
+        self.frame_is_due = true;
+        Ok(Timed { now_ns: self.stage.now_ns(), event: Event::Frame { at_ns, rendered } })
+    }
+
+    fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
+        if *screen != self.screen {
+            let was_panel = matches!(self.screen, Screen::Panel { .. });
+            if matches!(screen, Screen::Panel { .. }) && !was_panel {
+                self.panel_since_ns = self.stage.now_ns();
+            }
+            if !was_panel || !matches!(screen, Screen::Panel { .. }) {
+                self.hover = None;
+            }
+            self.screen = screen.clone();
+        }
+        if std::mem::take(&mut self.frame_is_due) {
+            self.compose()?;
+            self.stage.present().map_err(lost)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        // Tests run with validation: a message must not go unnoticed.
+        if let Err(error) = self.stage.gpu().check_validation() {
+            eprintln!("error: {error}");
+        }
+    }
+}
+
+fn information(options: &DesktopOptions, stage: &Stage) -> DisplayInfo {
+    let device = stage.gpu().info();
+    let (width_px, height_px) = options.mode.view(stage.size().unwrap_or((1, 1)));
+    let rate = stage.rate();
+    let monitor = stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
+    // An eye's pixel in the horizontal direction.
+    let wide = if options.mode == Mode::HalfSideBySide { 2.0 } else { 1.0 };
+    DisplayInfo {
+        kind: DISPLAY.to_owned(),
+        system: format!("{monitor}, {}", options.mode.name()),
+        runtime: format!("Vulkan {}, {}", device.vulkan, stage.timing()),
+        // Predicted, also where presents are reported: a frame is announced before it is shown.
+        trust: Trust::Predicted,
+        nominal_hz: rate.nominal_hz,
+        measured_hz: rate.measured_hz,
+        interval_sd_ms: rate.interval_sd_ms,
+        width_px,
+        height_px,
+        fov_deg: None,
+        ipd_m: None,
+        arcsec_per_px: wide * 3600.0 / f64::from(options.px_per_degree),
+        tracks_head: false,
+        device: Some(record::Device {
+            gpu: device.name.clone(),
+            driver: device.driver.clone(),
+            vulkan: device.vulkan.clone(),
+        }),
+    }
+}
+
+fn failed(error: crate::gpu::GpuError) -> DisplayError {
+    DisplayError { display: DISPLAY, what: error.to_string() }
+}
+
+fn lost(error: StageError) -> DisplayError {
+    DisplayError { display: DISPLAY, what: error.to_string() }
+}

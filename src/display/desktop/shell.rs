@@ -1,0 +1,297 @@
+//! The window: opened on a monitor, its events taken without ever giving the loop away.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::{Key, ModifiersState};
+use winit::monitor::MonitorHandle;
+use winit::platform::pump_events::{EventLoopExtPumpEvents, PumpStatus};
+use winit::window::{Fullscreen, Window, WindowId};
+
+use super::options::DesktopOptions;
+
+/// What happened to the window.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Happened {
+    /// A key went down; `is_repeat`: it is being held.
+    Key {
+        key: Key,
+        modifiers: ModifiersState,
+        is_repeat: bool,
+    },
+    KeyUp(Key),
+    /// Pixels from the upper left.
+    Pointer([f32; 2]),
+    Click,
+    /// The button went up.
+    Release,
+    /// The mouse was moved by so much, wherever the pointer is.
+    Moved([f32; 2]),
+    Focus(bool),
+    /// Covered, minimised, or back.
+    Visible(bool),
+    Resized,
+    /// Somebody wants it closed.
+    Close,
+    /// It is gone.
+    Gone,
+}
+
+/// A monitor for `doctor` and for messages.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MonitorInfo {
+    pub name: String,
+    pub width_px: u32,
+    pub height_px: u32,
+    /// None: it does not say.
+    pub hz: Option<f64>,
+}
+
+impl MonitorInfo {
+    fn of(monitor: &MonitorHandle) -> MonitorInfo {
+        let size = monitor.size();
+        MonitorInfo {
+            name: monitor.name().unwrap_or_else(|| "a monitor without a name".to_owned()),
+            width_px: size.width,
+            height_px: size.height,
+            hz: monitor.refresh_rate_millihertz().filter(|mhz| *mhz > 0).map(|mhz| f64::from(mhz) / 1000.0),
+        }
+    }
+}
+
+/// Why there is no window.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum ShellError {
+    #[error("there is no desktop to open a window on ({0}); `cyclopean doctor` says more")]
+    NoDesktop(String),
+    #[error("no monitor is called `{wanted}` (there are: {known}); `cyclopean doctor` lists them")]
+    NoMonitor { wanted: String, known: String },
+    #[error("the window could not be opened: {0}")]
+    Window(String),
+}
+
+/// The window and its events. The loop goes after the window.
+pub struct Shell {
+    handler: Handler,
+    events: EventLoop<()>,
+}
+
+struct Handler {
+    options: DesktopOptions,
+    happened: VecDeque<Happened>,
+    modifiers: ModifiersState,
+    monitors: Vec<MonitorInfo>,
+    /// The one the window was opened on.
+    monitor: Option<MonitorHandle>,
+    is_minimized: bool,
+    failed: Option<ShellError>,
+    window: Option<Window>,
+}
+
+impl Shell {
+    /// Opens the window and waits for it.
+    ///
+    /// # Errors
+    /// [`ShellError`].
+    pub fn open(options: &DesktopOptions) -> Result<Shell, ShellError> {
+        let events = event_loop()?;
+        let handler = Handler {
+            options: options.clone(),
+            happened: VecDeque::new(),
+            modifiers: ModifiersState::empty(),
+            monitors: Vec::new(),
+            monitor: None,
+            is_minimized: false,
+            failed: None,
+            window: None,
+        };
+        let mut shell = Shell { handler, events };
+        for _ in 0..100 {
+            shell.pump(Duration::from_millis(20));
+            if let Some(error) = shell.handler.failed.take() {
+                return Err(error);
+            }
+            if shell.handler.window.is_some() {
+                return Ok(shell);
+            }
+        }
+        Err(ShellError::Window("the desktop did not answer within two seconds".to_owned()))
+    }
+
+    /// Handles of the window, which lives as long as the shell.
+    ///
+    /// # Errors
+    /// The window is gone.
+    pub fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), ShellError> {
+        let window = self.handler.window.as_ref().ok_or_else(|| ShellError::Window("it is gone".to_owned()))?;
+        let failed = |e: raw_window_handle::HandleError| ShellError::Window(e.to_string());
+        Ok((window.display_handle().map_err(failed)?.as_raw(), window.window_handle().map_err(failed)?.as_raw()))
+    }
+
+    /// Takes what happened; waits for it at most so long.
+    pub fn pump(&mut self, at_most: Duration) {
+        if let PumpStatus::Exit(_) = self.events.pump_app_events(Some(at_most), &mut self.handler) {
+            self.handler.happened.push_back(Happened::Gone);
+        }
+    }
+
+    /// The oldest event that was not taken yet.
+    pub fn take(&mut self) -> Option<Happened> {
+        self.handler.happened.pop_front()
+    }
+
+    /// Pixels; none while it has no area.
+    pub fn size(&self) -> Option<(u32, u32)> {
+        let size = self.handler.window.as_ref()?.inner_size();
+        (size.width > 0 && size.height > 0).then_some((size.width, size.height))
+    }
+
+    /// The monitor that the window is on.
+    pub fn monitor(&self) -> Option<MonitorInfo> {
+        let window = self.handler.window.as_ref()?;
+        window.current_monitor().or_else(|| self.handler.monitor.clone()).map(|m| MonitorInfo::of(&m))
+    }
+
+    /// The monitor that it fills has been taken away.
+    pub fn has_lost_its_monitor(&self) -> bool {
+        let (Some(window), Some(monitor)) = (&self.handler.window, &self.handler.monitor) else { return false };
+        self.handler.options.window.is_none() && !window.available_monitors().any(|m| m.name() == monitor.name())
+    }
+
+    /// Shows or hides the pointer over the window.
+    pub fn show_pointer(&self, is_shown: bool) {
+        if let Some(window) = &self.handler.window {
+            window.set_cursor_visible(is_shown);
+        }
+    }
+}
+
+fn event_loop() -> Result<EventLoop<()>, ShellError> {
+    // winit's own words name a source line of it.
+    let is_there = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));
+    if cfg!(target_os = "linux") && !is_there {
+        return Err(ShellError::NoDesktop("neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned()));
+    }
+    let events = EventLoop::new().map_err(|error| {
+        let name = if std::env::var_os("WAYLAND_DISPLAY").is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" };
+        let value = std::env::var(name).unwrap_or_default();
+        tracing::debug!("the desktop: {error}");
+        ShellError::NoDesktop(format!("nothing answers at {name}={value}"))
+    })?;
+    events.set_control_flow(ControlFlow::Wait);
+    Ok(events)
+}
+
+/// Every monitor of the desktop.
+///
+/// # Errors
+/// [`ShellError::NoDesktop`].
+pub fn monitors() -> Result<Vec<MonitorInfo>, ShellError> {
+    struct Looker(Vec<MonitorInfo>);
+    impl ApplicationHandler for Looker {
+        fn resumed(&mut self, events: &ActiveEventLoop) {
+            self.0 = events.available_monitors().map(|m| MonitorInfo::of(&m)).collect();
+        }
+        fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, _: WindowEvent) {}
+    }
+    let mut looker = Looker(Vec::new());
+    let mut events = event_loop()?;
+    for _ in 0..20 {
+        events.pump_app_events(Some(Duration::from_millis(10)), &mut looker);
+        if !looker.0.is_empty() {
+            break;
+        }
+    }
+    Ok(looker.0)
+}
+
+impl Handler {
+    fn open(&mut self, events: &ActiveEventLoop) -> Result<Window, ShellError> {
+        let all: Vec<MonitorHandle> = events.available_monitors().collect();
+        self.monitors = all.iter().map(MonitorInfo::of).collect();
+        let chosen = match &self.options.monitor {
+            None => events.primary_monitor().or_else(|| all.first().cloned()),
+            Some(wanted) => {
+                let number = wanted.parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+                let named = |m: &&MonitorHandle| {
+                    m.name().is_some_and(|name| name.to_lowercase().contains(&wanted.to_lowercase()))
+                };
+                let found = number.and_then(|n| all.get(n)).or_else(|| all.iter().find(named));
+                Some(found.cloned().ok_or_else(|| {
+                    let names: Vec<_> = self.monitors.iter().map(|m| m.name.clone()).collect();
+                    ShellError::NoMonitor { wanted: wanted.clone(), known: names.join(", ") }
+                })?)
+            }
+        };
+        self.monitor.clone_from(&chosen);
+        let attributes = Window::default_attributes().with_title(self.options.title.clone());
+        let attributes = match self.options.window {
+            Some((width, height)) => attributes.with_inner_size(PhysicalSize::new(width, height)),
+            None => attributes.with_fullscreen(Some(Fullscreen::Borderless(chosen))),
+        };
+        events.create_window(attributes).map_err(|e| ShellError::Window(e.to_string()))
+    }
+
+    fn set_minimized(&mut self, is_minimized: bool) {
+        if self.is_minimized != is_minimized {
+            self.is_minimized = is_minimized;
+            self.happened.push_back(Happened::Visible(!is_minimized));
+        }
+    }
+}
+
+impl ApplicationHandler for Handler {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.window.is_none() {
+            match self.open(events) {
+                Ok(window) => self.window = Some(window),
+                Err(error) => self.failed = Some(error),
+            }
+        }
+    }
+
+    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let happened = match event {
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                Happened::Key { key: event.logical_key, modifiers: self.modifiers, is_repeat: event.repeat }
+            }
+            WindowEvent::KeyboardInput { event, .. } => Happened::KeyUp(event.logical_key),
+            WindowEvent::ModifiersChanged(modifiers) => {
+                self.modifiers = modifiers.state();
+                return;
+            }
+            WindowEvent::CursorMoved { position, .. } => Happened::Pointer([position.x as f32, position.y as f32]),
+            WindowEvent::CursorLeft { .. } => Happened::Pointer([-1.0, -1.0]),
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. } => Happened::Click,
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. } => {
+                Happened::Release
+            }
+            WindowEvent::Focused(has) => Happened::Focus(has),
+            WindowEvent::Occluded(is) => {
+                self.set_minimized(is);
+                return;
+            }
+            WindowEvent::Resized(size) => {
+                self.set_minimized(size.width == 0 || size.height == 0);
+                Happened::Resized
+            }
+            WindowEvent::CloseRequested => Happened::Close,
+            WindowEvent::Destroyed => Happened::Gone,
+            _ => return,
+        };
+        self.happened.push_back(happened);
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta } = event {
+            self.happened.push_back(Happened::Moved([delta.0 as f32, delta.1 as f32]));
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! A desk for tests: an X server without a monitor, keys that are typed, pictures taken of the screen.
+
+#![allow(dead_code)] // Each test program uses its part.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use cyclopean::study::sha256_hex;
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
+use cyclopean_analysis::journal::{self, Entry};
+
+/// An X server with a window manager; both end with it.
+pub struct Desk {
+    server: Child,
+    manager: Option<Child>,
+    display: String,
+    gallery: PathBuf,
+}
+
+/// Says why displays cannot be tested here, unless they must be.
+pub fn skip(why: &str) {
+    let set = |name: &str| std::env::var(name).is_ok_and(|v| !v.is_empty() && v != "0" && v != "false");
+    assert!(!set("CYCLOPEAN_REQUIRE_DISPLAYS") && !set("CI"), "{why}");
+    eprintln!("SKIPPED: {why}");
+}
+
+impl Desk {
+    /// None where Xvfb or xdotool are missing (`./x setup` installs them). Pictures go to `target/tmp/desktop/NAME-*.png`.
+    pub fn new(name: &str) -> Option<Desk> {
+        for tool in ["Xvfb", "xdotool", "import"] {
+            if Command::new("sh").args(["-c", &format!("command -v {tool} >/dev/null")]).status().ok()?.code()
+                != Some(0)
+            {
+                skip(&format!("{tool} is not installed; ./x setup installs it"));
+                return None;
+            }
+        }
+        let args = ["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"];
+        let mut server =
+            Command::new("Xvfb").args(args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let display = format!(":{}", number.trim());
+        let gallery = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("desktop");
+        std::fs::create_dir_all(&gallery).unwrap();
+        let manager =
+            Command::new("openbox").env("DISPLAY", &display).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
+        std::thread::sleep(Duration::from_millis(500));
+        Some(Desk { server, manager, display, gallery: gallery.join(name) })
+    }
+
+    /// Minimising needs one.
+    pub fn has_manager(&self) -> bool {
+        self.manager.is_some()
+    }
+
+    /// Runs on this desk, with validation.
+    pub fn on(&self, command: &mut Command) -> Child {
+        command
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("CYCLOPEAN_VALIDATION", "1")
+            .env("CYCLOPEAN_LOG", "cyclopean=info")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    }
+
+    fn xdotool(&self, args: &[&str]) -> Option<String> {
+        let output = Command::new("xdotool").env("DISPLAY", &self.display).args(args).output().expect("xdotool");
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+
+    /// The program's window, once it is there, with the keyboard.
+    pub fn window(&self) -> String {
+        let began = Instant::now();
+        loop {
+            let found = self.xdotool(&["search", "--onlyvisible", "--name", "^cyclopean"]);
+            if let Some(window) = found.and_then(|text| text.lines().last().map(str::to_owned)) {
+                self.xdotool(&["windowfocus", &window]);
+                return window;
+            }
+            assert!(began.elapsed() < Duration::from_secs(60), "no window within a minute");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// A real key goes down and up.
+    pub fn key(&self, key: &str) {
+        self.xdotool(&["key", key]);
+    }
+
+    pub fn click(&self, x: i32, y: i32) {
+        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
+        std::thread::sleep(Duration::from_millis(150));
+        self.xdotool(&["click", "1"]);
+    }
+
+    pub fn window_does(&self, what: &str, window: &str, more: &[&str]) {
+        self.xdotool(&[&[what, window], more].concat());
+    }
+
+    /// What is on the screen, kept for people to judge.
+    pub fn picture(&self, what: &str) -> image::RgbImage {
+        let path = PathBuf::from(format!("{}-{what}.png", self.gallery.display()));
+        let mut import = Command::new("import");
+        import.env("DISPLAY", &self.display).args(["-silent", "-window", "root", "-depth", "8"]);
+        let status = import.arg(format!("png24:{}", path.display())).status();
+        assert!(status.expect("import").success());
+        image::open(&path).expect("a picture of the screen").into_rgb8()
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        for child in self.manager.iter_mut().chain([&mut self.server]) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// Everything in a journal so far; a torn last line is not there yet.
+pub fn entries(journal: &Path) -> Vec<Entry> {
+    match journal::read(journal) {
+        Ok(entries) => entries.map_while(Result::ok).collect(),
+        Err(_) => Vec::new(),
+    }
+}
+
+/// Waits for something, at most a minute.
+pub fn until(what: &str, mut is: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !is() {
+        assert!(began.elapsed() < Duration::from_secs(60), "not within a minute: {what}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Pictures whose eyes can be told apart: left reddish with a disc on the left, right bluish with one on the right; the
+/// ground's green tells the stimuli apart.
+#[derive(Default)]
+pub struct EyePainter;
+
+pub const STILL: (u32, u32) = (320, 180);
+pub const LEFT: [u8; 3] = [200, 60, 60];
+pub const RIGHT: [u8; 3] = [60, 60, 200];
+
+impl StimulusRenderer for EyePainter {
+    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
+        Ok(sha256_hex(serde_json::to_string(request)?.as_bytes()))
+    }
+
+    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
+        let tell = u8::from_str_radix(&self.identity(request)?[..2], 16)? / 2;
+        let (w, h) = STILL;
+        let sbs = image::RgbImage::from_fn(2 * w, h, |x, y| {
+            let (eye, x) = (x / w, x % w);
+            let mut color = [LEFT, RIGHT][eye as usize];
+            color[1] = color[1] / 2 + tell;
+            let cx = if eye == 0 { w / 4 } else { 3 * w / 4 };
+            let (dx, dy) = (x as i32 - cx as i32, y as i32 - h as i32 / 2);
+            image::Rgb(if dx * dx + dy * dy < 400 { [240, 240, 240] } else { color })
+        });
+        sbs.save(into.join("sbs.png"))?;
+        exr::prelude::write_rgb_file(into.join("stereo.exr"), 4, 4, |_, _| (0.5_f32, 0.5_f32, 0.5_f32))?;
+        Ok(StimulusInfo { renderer: "eyes".to_owned(), samples: 1, ..StimulusInfo::default() })
+    }
+}
