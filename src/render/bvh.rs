@@ -9,14 +9,14 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::Bvh2};
 
-use crate::gpu::{Buffer, Dispatch, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, Dispatch, Gpu, GpuError, Image, ImageDesc, Shader};
 use crate::scene::{Alpha, Scene, Texture, Wrap};
 
 use super::context::Context;
 use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
-use super::shaders::Shader;
+
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::{Range, SceneResources};
 
