@@ -8,7 +8,8 @@
 const uint INSTANCE_STEP = 16u;
 
 Intersection intersect(vec3 origin, vec3 direction) {
-    const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | (HAS_MASK != 0u ? 0u : gl_RayFlagsOpaqueEXT);
+    uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
+    if (HAS_MASK == 0u) flags |= gl_RayFlagsOpaqueEXT;
     rayQueryEXT query;
     rayQueryInitializeEXT(query, ray_structure, flags, 0xffu, origin, 0.0, direction, FLT_MAX);
     while (rayQueryProceedEXT(query)) {

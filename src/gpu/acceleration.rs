@@ -64,11 +64,13 @@ impl AccelerationStructure {
     pub fn of_triangles(gpu: &Rc<Gpu>, positions: &Buffer, triangles: Triangles) -> Result<Self, GpuError> {
         // Before anything asks for an address.
         gpu.ray_tracing()?;
+        // In the address, not in the range's `firstVertex`, which Mesa 25.0's lavapipe adds twice.
+        let first = positions.address() + 36 * u64::from(triangles.first);
         let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
             .vertex_format(vk::Format::R32G32B32_SFLOAT)
-            .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: positions.address() })
+            .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: first })
             .vertex_stride(12)
-            .max_vertex(3 * (triangles.first + triangles.count) - 1)
+            .max_vertex(3 * triangles.count - 1)
             .index_type(vk::IndexType::NONE_KHR);
         let flags = match triangles.opaque {
             true => vk::GeometryFlagsKHR::OPAQUE,
@@ -79,9 +81,7 @@ impl AccelerationStructure {
             .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
             .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
             .flags(flags);
-        let range = vk::AccelerationStructureBuildRangeInfoKHR::default()
-            .primitive_count(triangles.count)
-            .first_vertex(3 * triangles.first);
+        let range = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(triangles.count);
         Self::build(gpu, vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL, geometry, range, positions, &[])
     }
 

@@ -9,7 +9,7 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::Bvh2};
 
-use crate::gpu::{Buffer, Dispatch, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, Dispatch, Gpu, GpuError, Image, ImageDesc, Shader};
 use crate::scene::{Alpha, Scene, Texture, Wrap};
 
 use super::context::Context;
@@ -18,7 +18,6 @@ use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::{Range, SceneResources};
-use crate::gpu::Shader;
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 const EXCHANGED: u32 = 1 << 31;

@@ -57,22 +57,7 @@ pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture, mask: impl F
     squares(&|p| p.0 - p.1) / squares(&|p| p.1 - mean)
 }
 
-/// A glossy floor, a wall of light stripes behind it, a column in the middle: part of what the floor reflects stands
-/// beyond each eye's border or behind the column, seen by the other eye alone.
+/// The hall, its eyes far apart, so that a small picture shows what one of them misses.
 pub fn hall(roughness: f32) -> Arc<Scene> {
-    let place = |scale: DVec3, turn: DQuat, at: DVec3| DAffine3::from_scale_rotation_translation(scale, turn, at);
-    let floor = place(DVec3::new(4.0, 1.0, 3.0), DQuat::IDENTITY, DVec3::new(0.0, 0.0, -1.5));
-    let mut parts = vec![(plane(4), material(roughness), floor)];
-    let upright = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
-    for i in 0..8 {
-        let color = if i % 2 == 0 { Vec3::new(1.0, 0.6, 0.2) } else { Vec3::new(0.05, 0.2, 0.6) };
-        let stripe = place(DVec3::new(1.0, 1.0, 4.0), upright, DVec3::new(f64::from(i) - 3.5, 2.0, -3.0));
-        parts.push((plane(2), glowing(color), stripe));
-    }
-    let column = place(DVec3::new(0.08, 0.6, 0.08), DQuat::IDENTITY, DVec3::new(0.0, 0.6, -0.6));
-    parts.push((sphere(16), glowing(Vec3::new(0.3, 0.9, 0.3)), column));
-    let mut view = look(DVec3::new(0.0, 0.7, 1.0), DVec3::new(0.0, 0.6, -3.0));
-    // Far apart, so that a small picture shows it.
-    view.ipd_m = 0.3;
-    Arc::new(scene(parts, 0.0, view))
+    Arc::new(cyclopean::stress::shapes::hall(roughness, 0.3))
 }
