@@ -68,5 +68,7 @@ void main() {
         imageStore(linear_image, texel, vec4(sum, 1.0));
         imageStore(reflection_out, texel, reflection);
     }
-    imageStore(display_image, texel, vec4(srgb(pbr_neutral(sum * frame.exposure)), 1.0));
+    if (!is_shown(texel.xy)) return;
+    ivec3 shown = ivec3(texel.xy - ivec2(frame.guard), texel.z);
+    imageStore(display_image, shown, vec4(srgb(pbr_neutral(sum * frame.exposure)), 1.0));
 }

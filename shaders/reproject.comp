@@ -36,7 +36,7 @@ layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 #include "common/outgoing.glsl"
 #include "common/store.glsl"
 
-// What the publication lets two reflected distances differ, relative to them.
+// What the publication lets two reflected depths differ, relative to them.
 const float FIXED_TOLERANCE = 0.001;
 
 struct Known {
@@ -55,7 +55,7 @@ float hit_distance(float nearness, float eye_distance) { return max(1.0 / nearne
 
 // The candidate at `pixel` of the other eye: its surface, what it reflects and the way back must all agree.
 // aim: the distance that led there; tolerance: pixels.
-bool agrees(Pixel p, float eye_distance, float aim, vec2 pixel, float tolerance, out Known q_known) {
+bool agrees(Pixel p, float aim, vec2 pixel, float tolerance, out Known q_known) {
     ivec3 at = ivec3(ivec2(pixel), 1 - p.texel.z);
     Guide g = load_guide(at);
     if (g.instance == 0u) return false;
@@ -70,9 +70,12 @@ bool agrees(Pixel p, float eye_distance, float aim, vec2 pixel, float tolerance,
     q.v = to_eye / q_eye_distance;
     q.surface.normal = unpack_direction(g.normal);
     float back_distance = hit_distance(q_known.nearness, q_eye_distance);
-    if (LOBE_TOLERANCE == 0u && abs(q_eye_distance + back_distance - eye_distance - aim) >
-                                    FIXED_TOLERANCE * (eye_distance + aim)) {
-        return false;
+    if (LOBE_TOLERANCE == 0u) {
+        // The depths of both virtual images, as p's eye has them.
+        mat4 view = frame.eyes[p.texel.z].view_from_render;
+        float mine = (view * vec4(p.position - p.v * aim, 1.0)).z;
+        float theirs = (view * vec4(q.position - q.v * back_distance, 1.0)).z;
+        if (abs(theirs - mine) > FIXED_TOLERANCE * abs(mine)) return false;
     }
     if (BACK_CHECK == 0u) return true;
     vec2 back;
@@ -85,7 +88,7 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
     uint other = 1u - uint(p.texel.z);
     pair = Known(vec4(0.0), 0.0, 0.0);
     lobe = 0.0;
-    float nearness = own.nearness;
+    float aim = 0.0;
     vec2 surface_pixel, image_pixel;
     bool surface_seen = image_in(p, other, 0.0, surface_pixel);
     if (own.light.a <= 0.0) {
@@ -93,20 +96,23 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
         if (FILLING == 0u || !surface_seen) return false;
         ivec3 there = ivec3(ivec2(surface_pixel), other);
         Guide g = load_guide(there);
-        if (g.instance == 0u ||
-            !same_surface(p, g, render_position(other, vec2(there.xy) + 0.5, g.depth))) return false;
-        nearness = load_known(there).nearness;
+        vec3 position = render_position(other, vec2(there.xy) + 0.5, g.depth);
+        if (g.instance == 0u || !same_surface(p, g, position)) return false;
+        float nearness = load_known(there).nearness;
+        if (nearness <= 0.0) return false;
+        aim = hit_distance(nearness, distance(eye_position(other), position));
+    } else {
+        if (own.nearness <= 0.0) return false;
+        aim = hit_distance(own.nearness, eye_distance);
     }
-    if (nearness <= 0.0) return false;
-    float aim = hit_distance(nearness, eye_distance);
     lobe = lobe_pixels(p, aim);
     // Half a pixel of rounding each way comes on top of the lobe's footprint.
     float tolerance = max(1.0, lobe) + 0.5;
     bool image_seen = image_in(p, other, aim, image_pixel);
-    if (image_seen && agrees(p, eye_distance, aim, image_pixel, tolerance, pair)) return true;
+    if (image_seen && agrees(p, aim, image_pixel, tolerance, pair)) return true;
     if (LOBE_TOLERANCE == 0u || is_mirror(p.surface) || !image_seen || !surface_seen) return false;
     return distance(surface_pixel, image_pixel) <= lobe &&
-           agrees(p, eye_distance, 0.0, surface_pixel, tolerance, pair);
+           agrees(p, 0.0, surface_pixel, tolerance, pair);
 }
 
 void main() {

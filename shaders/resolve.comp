@@ -36,7 +36,7 @@ layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 14, rgba32f) uniform image2DArray sum_image;
 layout(binding = 15, rgba32f) uniform image2DArray weight_image;
 // x: Σ w; y: see reproject.comp.
-layout(binding = 16, rg32f) writeonly uniform image2DArray standing_image;
+layout(binding = 16, rg32f) uniform image2DArray standing_image;
 layout(push_constant) uniform Constants { uint first; uint last; };
 
 #include "common/ray_list.glsl"
@@ -125,17 +125,20 @@ void main() {
             if (tap.usable) add(sums, p, eye_distance, tap, at);
         }
     }
-    float nearness = sums.shares.x > 0.0 ? sums.nearness / sums.shares.x : 0.0;
     if (SUMS != 0u) {
         if (first == 0u) {
             vec4 earlier_sum = imageLoad(sum_image, texel), earlier_weight = imageLoad(weight_image, texel);
             sums.light += earlier_sum.rgb;
             sums.known += earlier_weight.rgb;
             sums.shares += vec2(earlier_sum.a, earlier_weight.a);
+            if (FOR_PAIRS != 0u) sums.nearness += imageLoad(standing_image, texel).y;
         }
         imageStore(sum_image, texel, vec4(sums.light, sums.shares.x));
         imageStore(weight_image, texel, vec4(sums.known, sums.shares.y));
-        if (last == 0u) return;
+        if (last == 0u) {
+            if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(0.0, sums.nearness, 0.0, 0.0));
+            return;
+        }
     }
     float confidence = sums.shares.y > 0.0 ? sums.shares.x / sums.shares.y : 0.0;
     // Where a channel has hardly any weight, the ratio of luminances is the steadier one.
@@ -145,5 +148,6 @@ void main() {
     vec3 light = ratio * confidence;
     if (FOR_PAIRS == 0u) light = outgoing(p, light, confidence);
     imageStore(reflection_image, texel, vec4(storable(light), confidence));
+    float nearness = sums.shares.x > 0.0 ? sums.nearness / sums.shares.x : 0.0;
     if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, 0.0, 0.0));
 }

@@ -53,7 +53,9 @@ bool trace_listed(ivec3 texel) {
         atomicAdd(tally[TALLY_LEFT_VIEW], 1u);
         return false;
     }
-    March m = march(segment, eye, frame.max_steps, true, OTHER_EYE != 0u ? STOP_BEHIND : STOP_NEVER);
+    uint stop = STOP_NEVER;
+    if (OTHER_EYE != 0u) stop = STOP_BEHIND;
+    March m = march(segment, eye, frame.max_steps, true, stop);
     uint word = finish(r, segment, m, eye, m.behind, hit);
     imageStore(hit_image, texel, pack_hit(hit));
     atomicAdd(tally[TALLY_RAYS], 1u);

@@ -110,6 +110,8 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
             if (s < mine.first) s = mine.first;
             else if (s < theirs.first && theirs.first < theirs.last) s = theirs.first;
             else return TALLY_LEFT_VIEW;
+            // Nobody saw what it passed on the way.
+            lost = true;
             continue;
         }
         float next = 1.0;
@@ -157,7 +159,7 @@ void main() {
     uint word = walk(r, eye, hit, steps);
     imageStore(hit_image, texel, pack_hit(hit));
     atomicAdd(counters.rays, 1u);
-    atomicAdd(counters.steps, steps);
+    // A thousand steps a ray would not fit the counter of a large image: the oracle counts none.
     if (word == TALLY_HITS) atomicAdd(counters.hits, 1u);
     if (word == TALLY_SKY) atomicAdd(counters.sky, 1u);
     if (word == TALLY_LEFT_VIEW) atomicAdd(counters.left_view, 1u);

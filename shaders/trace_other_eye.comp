@@ -2,7 +2,7 @@
 // In: the rays that left their own eye's view or went behind matter there, G-buffer, depth pyramid. Out: their hits.
 // The second stage of the paper's §4.1 (both cases of its Fig. 3): the ray goes on in the other eye's view from the
 // world fraction where its own eye lost it. Where that eye loses it too, it goes on behind the matter in its own eye's
-// view, as the baseline's rays do (§5.4): no answer is worse than the baseline's. Asking both eyes for ever (see
+// view, as the baseline's rays do (§5.4). Asking both eyes for ever (see
 // trace_one_loop.comp) answers one ray in a hundred more and costs as much again.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -43,10 +43,10 @@ void trace_listed(ivec3 texel) {
         lost = m.result == MARCH_BEHIND;
         if (lost) s = world_fraction(segment, m.t);
         else word = finish(r, segment, m, other, false, hit);
-        // Out of the other eye's view while still in the own one's: the own eye goes on.
-        if (word == TALLY_LEFT_VIEW && !left_own) {
+        // Out of the other eye's view, or of steps, while still in the own one's: the own eye goes on.
+        if ((word == TALLY_LEFT_VIEW || word == TALLY_BUDGET) && !left_own) {
             lost = true;
-            s = segment.s_end;
+            s = world_fraction(segment, m.t);
         }
     }
     if (lost && !left_own) {

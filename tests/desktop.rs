@@ -7,9 +7,11 @@ mod lab;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use cyclopean::study::Plan;
 use cyclopean::study::prepare::{self, Shard};
+use cyclopean::study::protocol::Setup;
 use cyclopean_analysis::journal::Entry;
-use cyclopean_analysis::journal::record::{Outcome, Purpose, Record, Shown};
+use cyclopean_analysis::journal::record::{Outcome, Purpose, Record, Shown, Trust};
 use desk::{Desk, EyePainter, entries, until};
 use lab::{Lab, stderr};
 
@@ -51,7 +53,7 @@ struct Sitting<'a> {
 impl<'a> Sitting<'a> {
     fn begin(desk: &'a Desk, lab: &'a Lab, more: &[&str]) -> Sitting<'a> {
         let mut args = vec!["run", "study.json", "--participant", "p1", "--display", "desktop", "--pilot"];
-        args.extend(["--window", "1280x720", "--hz", "60"]);
+        args.extend(["--window", "1240x680", "--hz", "60"]);
         args.extend_from_slice(more);
         let child = desk.on(&mut lab.command(&args));
         desk.window();
@@ -108,14 +110,19 @@ impl<'a> Sitting<'a> {
 
     /// One presentation to its confirmed answer; gives (presentation, choice).
     fn rate(&mut self, choices: u32) -> (u32, u32) {
+        self.rate_after(choices, 0)
+    }
+
+    /// `cut_off`: attempts that were begun and never answered.
+    fn rate_after(&mut self, choices: u32, cut_off: usize) -> (u32, u32) {
         let answers = self.count(|r| matches!(r, Record::Answer(_)));
-        until("a presentation begins", || self.count(|r| matches!(r, Record::Begin(_))) > answers);
+        until("a presentation begins", || self.count(|r| matches!(r, Record::Begin(_))) > answers + cut_off);
         let entries = self.journal();
-        let begun = entries.iter().filter_map(|e| match &e.record {
+        let begun = entries.iter().rev().find_map(|e| match &e.record {
             Record::Begin(b) => Some(b.presentation),
             _ => None,
         });
-        let presentation = begun.last().unwrap();
+        let presentation = begun.unwrap();
         self.look("1-blank");
         std::thread::sleep(Duration::from_millis(500));
         self.look("2-stimulus");
@@ -186,7 +193,16 @@ fn presentations(entries: &[Entry]) -> usize {
     entries.iter().filter(|e| matches!(e.record, Record::Planned(_))).count()
 }
 
-fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<(Vec<Entry>, Vec<(u32, u32)>)> {
+/// Of the study's first row, as the display's pixels make them.
+fn setup(lab: &Lab) -> Setup {
+    let definition = lab.load().definition;
+    Setup::new(&definition, &Plan::draw(&definition, 0), 60.0, Trust::Predicted, 90.0)
+}
+
+/// What was written, and the presentations and choices of the script.
+type Done = (Vec<Entry>, Vec<(u32, u32)>);
+
+fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<Done> {
     let desk = Desk::new(name)?;
     let lab = lab(&short(name));
     let mut sitting = Sitting::begin(&desk, &lab, more);
@@ -239,4 +255,221 @@ fn study_3_side_by_side() {
     let Some((entries, _)) = whole_session("ablation", 3, &["--mode", "sbs"]) else { return };
     let trials = entries.iter().filter(|e| matches!(&e.record, Record::Planned(p) if p.purpose == Purpose::Trial));
     assert_eq!(trials.count(), 3);
+}
+
+#[test]
+fn the_recommended_study_with_consent_questionnaires_and_stereograms() {
+    let Some(desk) = Desk::new("recommended") else { return };
+    let mut study = short("recommended");
+    study["screening"]["disparities_arcsec"] = serde_json::json!([400]);
+    study["screening"]["required_arcsec"] = 400.into();
+    study["repetitions"] = 1.into();
+    study["conditions"]["cross"]["method"] = serde_json::json!(["stereo", "sssr"]);
+    study["catch_trials"] = serde_json::json!([]);
+    study["analysis"]["exclusion"] = serde_json::Value::Null;
+    study["analysis"]["contrasts"] = serde_json::json!([]);
+    study["analysis"]["equivalence"] = serde_json::Value::Null;
+    let lab = lab(&study);
+    let setup = setup(&lab);
+    let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "crossed"]);
+    sitting.turn("consent");
+    let is_item = |r: &Record| matches!(r, Record::Item(_));
+    let mut chosen = Vec::new();
+    for (i, item) in setup.items.iter().enumerate() {
+        if item.questionnaire == "ssq-after" {
+            break;
+        }
+        if i == 0 || i == 6 {
+            sitting.look(item.name);
+        }
+        let choice = i % item.options.len();
+        sitting.press_until(&(choice + 1).to_string(), item.name, is_item);
+        chosen.push(Some(item.options[choice].to_owned()));
+    }
+    for (i, trial) in setup.screening.iter().enumerate() {
+        if i == 0 {
+            sitting.look("dots");
+        }
+        sitting.press_until(&(trial.shown + 1).to_string(), "a stereogram", |r| matches!(r, Record::Screening(_)));
+    }
+    sitting.turn("instructions");
+    let n = presentations(&sitting.journal());
+    let mut script = vec![sitting.rate(5)];
+    sitting.turn("ready");
+    while script.len() < n {
+        script.push(sitting.rate(5));
+    }
+    until("the questionnaire", || sitting.phase("ssq-after"));
+    for item in setup.items.iter().filter(|i| i.questionnaire == "ssq-after") {
+        // Nothing has to be said.
+        sitting.press_until("BackSpace", item.name, is_item);
+        chosen.push(None);
+    }
+    sitting.turn("thanks");
+    let entries = sitting.end();
+    check(&entries, &script);
+    assert_eq!(outcome(&entries), Some(Outcome::Completed));
+    let said = entries.iter().filter_map(|e| match &e.record {
+        Record::Item(item) => Some(item.answer.clone()),
+        _ => None,
+    });
+    assert_eq!(said.collect::<Vec<_>>(), chosen);
+    assert!(entries.iter().all(|e| !matches!(&e.record, Record::Screening(s) if s.shown != s.chosen)));
+}
+
+#[test]
+fn a_window_killed_while_a_stimulus_stands_is_taken_up_again() {
+    let Some(desk) = Desk::new("killed") else { return };
+    let lab = lab(&short("consistency"));
+    let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "left"]);
+    sitting.turn("instructions");
+    let mut script = vec![sitting.rate(5)];
+    sitting.turn("ready");
+    until("the next presentation begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 2);
+    std::thread::sleep(Duration::from_millis(800));
+    let mut child = sitting.child.take().unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = sitting.journal().len();
+    drop(sitting);
+
+    let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "left", "--resume", "--yes"]);
+    until("the session is resumed", || sitting.journal().len() > before);
+    sitting.look("welcome-back");
+    let n = presentations(&sitting.journal());
+    until("it goes on", || {
+        desk.key("Return");
+        sitting.count(|r| matches!(r, Record::Begin(_))) == 3
+    });
+    while script.len() < n {
+        script.push(sitting.rate_after(5, 1));
+    }
+    sitting.turn("thanks");
+    let entries = sitting.end();
+    check(&entries, &script);
+    assert_eq!(outcome(&entries), Some(Outcome::Completed));
+    let attempts: Vec<(u32, u32)> = entries
+        .iter()
+        .filter_map(|e| match &e.record {
+            Record::Begin(b) => Some((b.presentation, b.attempt)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(attempts[1].0, attempts[2].0, "the same presentation, as a new attempt");
+    assert_eq!((attempts[1].1, attempts[2].1), (0, 1));
+}
+
+#[test]
+fn a_window_can_be_resized_hidden_and_paused_and_the_mouse_answers() {
+    let Some(desk) = Desk::new("moved") else { return };
+    let lab = lab(&short("ablation"));
+    let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "anaglyph"]);
+    until("instructions", || sitting.phase("instructions"));
+    let window = desk.window();
+    desk.window_does("windowsize", &window, &["800", "500"]);
+    std::thread::sleep(Duration::from_millis(800));
+    let small = desk.picture("resized");
+    assert_eq!(small.get_pixel(1270, 10).0, small.get_pixel(1270, 700).0, "the desk is seen beside the window");
+    sitting.press_until("Return", "the page turns", |r| matches!(r, Record::Begin(_)));
+    until("the stimulus is over", || sitting.count(|r| matches!(r, Record::Presentation(_))) == 1);
+    // Esc stands still; the answer is asked for afterwards.
+    std::thread::sleep(Duration::from_millis(700));
+    sitting.press_until("Escape", "a pause", |r| matches!(r, Record::Pause(_)));
+    sitting.look("paused");
+    sitting.press_until("Return", "it goes on", |r| matches!(r, Record::Continue(_)));
+    sitting.look("panel-small");
+    // The first of the buttons: they stand one below the other or side by side, somewhere in the left half.
+    let panel = desk.picture("panel-small");
+    let light = |x: u32, y: u32| panel.get_pixel(x, y).0[0] > 150 && panel.get_pixel(x, y).0[1] > 150;
+    let first = (150..panel.height()).flat_map(|y| (60..700).map(move |x| (x, y)));
+    let inside = |&(x, y): &(u32, u32)| (0..30).all(|i| light(x + i, y) && light(x, y + i));
+    let (x, y) = first.clone().find(inside).expect("a button");
+    desk.click(x as i32 + 15, y as i32 + 10);
+    until("the mouse chooses", || sitting.count(|r| matches!(r, Record::Change(_))) == 1);
+    sitting.press_until("Return", "the answer", |r| matches!(r, Record::Answer(_)));
+    if desk.has_manager() {
+        sitting.turn("ready");
+        until("a stimulus begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 2);
+        std::thread::sleep(Duration::from_millis(800));
+        desk.window_does("windowminimize", &window, &[]);
+        std::thread::sleep(Duration::from_secs(2));
+        desk.window_does("windowmap", &window, &[]);
+        desk.window_does("windowactivate", &window, &[]);
+        // Nobody saw it: the presentation does not count, or the session stands still.
+        let is_judged = |r: &Record| match r {
+            Record::Presentation(p) => p.lost_ms > 1000.0,
+            Record::Pause(p) => p.reason == "not-seen",
+            _ => false,
+        };
+        until("what nobody saw is not counted as seen", || sitting.count(is_judged) == 1);
+    }
+    // Closing the window is leaving for a while.
+    desk.key("ctrl+q");
+    let entries = sitting.end();
+    assert_eq!(outcome(&entries), None);
+}
+
+#[test]
+fn without_a_desktop_one_sentence_says_so() {
+    let lab = lab(&short("consistency"));
+    let args = ["run", "study.json", "--participant", "p1", "--display", "desktop"];
+    for (display, words) in [(None, "neither DISPLAY nor WAYLAND_DISPLAY is set"), (Some(":4711"), "DISPLAY=:4711")] {
+        let mut command = lab.command(&args);
+        command.env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").envs(display.map(|d| ("DISPLAY", d)));
+        let output = command.output().unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert_eq!(said.trim().lines().count(), 1, "{said}");
+        assert!(said.contains(words) && said.contains("cyclopean doctor"), "{said}");
+        assert!(!lab.sessions().exists(), "nobody has sat down");
+    }
+}
+
+#[test]
+fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
+    let Some(desk) = Desk::new("test") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["display", "test", "--json", "--mode", "sbs", "--window", "1200x640", "--hz", "60", "--seconds", "2"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(1));
+    let measuring = desk.picture("measuring");
+    std::thread::sleep(Duration::from_secs(5));
+    desk.picture("eyes");
+    desk.key("l");
+    for answer in ["3", "2", "4", "4"] {
+        std::thread::sleep(Duration::from_millis(1500));
+        desk.picture("depth");
+        desk.key(answer);
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["eyes_right"], true);
+    assert_eq!(found["depth_right"], serde_json::json!([3, 4]));
+    assert!(found["intervals"]["frames"].as_u64().unwrap() > 20, "{found}");
+    assert!(measuring.pixels().any(|p| p.0 == [0; 3] || p.0 == [255; 3]));
+}
+
+#[test]
+fn a_scene_is_flown_through_and_its_method_switched() {
+    let Some(desk) = Desk::new("live") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    let args = ["live", "pica", "--json", "--mode", "sbs", "--window", "800x400", "--size", "96x48"];
+    let child = desk.on(&mut lab.command(&args));
+    desk.window();
+    std::thread::sleep(Duration::from_secs(3));
+    let before = desk.picture("stereo");
+    desk.key("2");
+    desk.key("Right");
+    desk.key("Right");
+    let began = Instant::now();
+    until("the picture changes", || desk.picture("sssr") != before && began.elapsed() > Duration::from_secs(2));
+    desk.key("Escape");
+    let output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("vulkan validation"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["frames"].as_u64().unwrap() > 2, "{found}");
 }

@@ -7,10 +7,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 /// Cases that fail for a reason that is known; whoever mends one takes it off this list.
-const KNOWN: &[&str] = &[
-    // `stereo` fades a hit by where it lies, `sssr` by its pixel's centre.
-    "ipd-0-baseline",
-];
+const KNOWN: &[&str] = &[];
 
 fn stress(folder: &Path, arguments: &[&str]) -> (Output, Value) {
     let done = Command::new(env!("CARGO_BIN_EXE_cyclopean"))

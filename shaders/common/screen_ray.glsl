@@ -48,14 +48,16 @@ float edge_fade(vec2 uv) {
     return f.x * f.y;
 }
 
+float fade_in(uint eye, vec3 position) {
+    vec4 clip = frame.eyes[eye].clip_from_render * vec4(position, 1.0);
+    return clip.w > 0.0 ? edge_fade(vec2(clip.x, -clip.y) / clip.w * 0.5 + 0.5) : 0.0;
+}
+
 float hit_confidence(ScreenRay r, Hit hit) {
-    float own = edge_fade(hit.uv);
-    if (STEREO_FADE == 0u || frame.edge_fade <= 0.0) return own;
-    uint other = 1u - hit.eye;
-    vec4 clip = frame.eyes[other].clip_from_render * vec4(r.origin + r.ray.direction * hit.distance, 1.0);
-    if (clip.w <= 0.0) return own;
-    vec2 uv = vec2(clip.x, -clip.y) / clip.w * 0.5 + 0.5;
-    return max(own, edge_fade(uv));
+    if (frame.edge_fade <= 0.0) return 1.0;
+    vec3 position = r.origin + r.ray.direction * hit.distance;
+    float own = fade_in(hit.eye, position);
+    return STEREO_FADE != 0u ? max(own, fade_in(1u - hit.eye, position)) : own;
 }
 
 // Words of the tally, in the order of CountersData from `rays` on.

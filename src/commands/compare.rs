@@ -95,7 +95,10 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         true => Ok(value),
         false => Err(WrongUsage(format!("--{name} {value} is not above 0"))),
     };
-    let pixels_per_degree = positive("pixels-per-degree", args.pixels_per_degree)?;
+    let pixels_per_degree = args.pixels_per_degree;
+    if !(1.0..=1000.0).contains(&pixels_per_degree) {
+        return Err(WrongUsage(format!("--pixels-per-degree {pixels_per_degree} is not within 1 to 1000")).into());
+    }
     let exposure = args.exposure.map(|e| positive("exposure", e)).transpose()?;
     let is_picture = |name: &String| Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     match (args.inputs.as_slice(), args.inputs.iter().any(is_picture)) {

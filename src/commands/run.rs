@@ -16,6 +16,7 @@ use crate::display::headless::Headless;
 use crate::display::{
     Display,
     desktop::{Desktop, DesktopOptions},
+    openxr::{self, OpenXr},
 };
 #[cfg(feature = "gpu")]
 use crate::study::content::content;
@@ -123,6 +124,19 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             display.begin(content, session.start_ns())?;
             session.run(&mut display)?
         }
+        #[cfg(feature = "gpu")]
+        DisplayKind::Openxr => {
+            let mut display = OpenXr::open()?;
+            let session = begin(display.info())?;
+            let content = content(&study, session.plan(), session.setup(), kind)?;
+            display.begin(content, session.setup(), session.start_ns());
+            console.note(openxr::KEYS);
+            let ended = session.run(&mut display);
+            console.note(display.pace().sentence());
+            display.gpu().check_validation()?;
+            ended?
+        }
+        #[cfg(not(feature = "gpu"))]
         other => return Err(WrongUsage(format!("--display {other:?}: this build has no such display")).into()),
     };
     report(ended, kind, console)
@@ -145,15 +159,10 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         )
         .into()),
         DisplayKind::Headless => Ok(()),
-        DisplayKind::Desktop if args.simulate => {
+        _ if args.simulate => {
             Err(WrongUsage("--simulate: simulated observers sit at `--display headless` alone".to_owned()).into())
         }
-        DisplayKind::Desktop if cfg!(feature = "gpu") => Ok(()),
-        DisplayKind::Desktop | DisplayKind::Openxr => Err(WrongUsage(format!(
-            "--display: this build has no such display; available: headless{}",
-            if cfg!(feature = "gpu") { ", desktop" } else { "" }
-        ))
-        .into()),
+        _ => Ok(()),
     }
 }
 

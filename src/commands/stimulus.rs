@@ -115,6 +115,10 @@ impl StimulusRenderer for GpuStimuli {
             renderer: format!("cyclopean {} on {}", env!("CARGO_PKG_VERSION"), self.gpu.info().kind),
             samples: rendered.samples,
             standard_error: mean_standard_error(&rendered),
+            horizontal_fov_deg: Some({
+                let fov = job.camera.eye(scene::Eye::Left).fov;
+                (fov.right_rad - fov.left_rad).to_degrees()
+            }),
             inconsistency: None,
         })
     }

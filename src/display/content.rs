@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::study::protocol::{Input, Page, Screen};
 
@@ -24,6 +25,7 @@ pub struct Content {
     pub presentations: Vec<Presentation>,
     /// Both eyes see one flat picture: the reference, and the test image mirrored about its vertical axis.
     pub is_mirrored_pair: bool,
+    pub geometry: Geometry,
     /// Stimuli are called A and B, by a letter below them.
     pub has_letters: bool,
     pub blank: Blank,
@@ -39,6 +41,20 @@ pub struct Content {
     pub mark: Option<String>,
     /// A font file for letters that the built-in fonts lack.
     pub font: Option<Vec<u8>>,
+}
+
+/// How stimuli stand before a head that moves. A flat display knows no difference.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Geometry {
+    /// On a flat picture an eye, fixed in the room where the participant looked when the view was centred.
+    #[default]
+    World,
+    /// The same pictures, fixed to the head.
+    HeadLocked,
+    /// A projection layer rendered from where the head was when the view was centred: it turns with the room, as the
+    /// scene itself would.
+    Projection,
 }
 
 /// A page of text.

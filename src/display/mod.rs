@@ -8,6 +8,10 @@ pub mod desktop;
 pub mod headless;
 pub mod intervals;
 #[cfg(feature = "gpu")]
+pub mod openxr;
+#[cfg(feature = "gpu")]
+pub mod operator;
+#[cfg(feature = "gpu")]
 pub mod panel;
 #[cfg(feature = "gpu")]
 mod shaders;
@@ -77,6 +81,8 @@ pub struct StimulusFiles {
     pub exr: PathBuf,
     /// Left and right half, display values.
     pub sbs_png: PathBuf,
+    /// Horizontal field of view per eye that it was rendered with, degrees; none where nobody says.
+    pub fov_deg: Option<f64>,
 }
 
 /// A display failed; the session is closed whole and can be resumed.

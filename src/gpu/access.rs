@@ -136,6 +136,16 @@ impl State {
         read_access: Acc::NONE,
     };
 
+    /// A colour image that somebody else (a compositor) has just handed over, with all of its work done or waited for
+    /// by whoever comes first.
+    pub(super) const HANDED_OVER: State = State {
+        layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+        write_stage: Stage::ALL_COMMANDS,
+        write_access: Acc::MEMORY_WRITE,
+        read_stage: Stage::NONE,
+        read_access: Acc::NONE,
+    };
+
     /// The barrier before `next`, if it needs one, and the state after it. Buffers ignore the layouts.
     pub(super) fn then(&self, next: Use, is_image: bool) -> (Option<Barrier>, State) {
         let changes_layout = is_image && self.layout != next.layout;

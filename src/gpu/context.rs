@@ -94,7 +94,8 @@ impl Gpu {
             .ok_or_else(|| lacks("a queue for graphics and compute with timestamps"))? as u32;
 
         let scratch_alignment = ray_query_of(&instance, physical)?;
-        let device = create_device(&instance, physical, creator, family, (scratch_alignment.is_some(), &lacks))?;
+        let device =
+            create_device((&entry, &instance), physical, creator, family, (scratch_alignment.is_some(), &lacks))?;
         // SAFETY: the family was given one queue at creation.
         let queue = unsafe { device.get_device_queue(family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -302,7 +303,7 @@ fn ray_query_of(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Resul
 }
 
 fn create_device(
-    instance: &ash::Instance,
+    (entry, instance): (&ash::Entry, &ash::Instance),
     physical: vk::PhysicalDevice,
     creator: &dyn Creator,
     family: u32,
@@ -334,7 +335,7 @@ fn create_device(
             .push_next(&mut structures)
             .push_next(&mut queries);
     }
-    creator.create_device(instance, physical, &info)
+    creator.create_device(entry, instance, physical, &info)
 }
 
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, p: &vk::PhysicalDeviceProperties) -> DeviceInfo {

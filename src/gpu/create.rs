@@ -27,6 +27,7 @@ pub trait Creator {
     /// What the driver or the runtime said.
     fn create_device(
         &self,
+        entry: &ash::Entry,
         instance: &ash::Instance,
         physical: vk::PhysicalDevice,
         info: &vk::DeviceCreateInfo<'_>,
@@ -71,6 +72,7 @@ impl Creator for OwnDevice {
 
     fn create_device(
         &self,
+        _entry: &ash::Entry,
         instance: &ash::Instance,
         physical: vk::PhysicalDevice,
         info: &vk::DeviceCreateInfo<'_>,

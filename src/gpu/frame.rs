@@ -212,6 +212,22 @@ impl Frame {
         unsafe { self.gpu.device.cmd_update_buffer(self.commands, buffer.raw, 0, bytemuck::cast_slice(words)) };
     }
 
+    /// Sets every texel of an image.
+    pub fn clear(&mut self, image: &Image, value: [f32; 4]) {
+        self.use_image(image, Use::COPY_TARGET);
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: image.aspect,
+            base_mip_level: 0,
+            level_count: vk::REMAINING_MIP_LEVELS,
+            base_array_layer: 0,
+            layer_count: vk::REMAINING_ARRAY_LAYERS,
+        };
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let value = vk::ClearColorValue { float32: value };
+        // SAFETY: the image is in this layout (barrier above) and outlives the frame.
+        unsafe { self.gpu.device.cmd_clear_color_image(self.commands, image.raw, layout, &value, &[range]) };
+    }
+
     /// Copies the whole of `from` to the start of `to`.
     pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer) {
         self.use_buffer(from, Use::COPY_SOURCE);
@@ -248,9 +264,14 @@ impl Frame {
 
     /// Copies tightly packed mip levels into a single-layer image.
     pub(super) fn copy_to_image(&mut self, from: &Buffer, to: &Image, levels: &[Vec<u8>]) {
+        self.copy_to_layer(from, 0, to, 0, levels);
+        self.use_image(to, Use::SAMPLED_FRAGMENT);
+    }
+
+    /// Copies the mip levels that lie tightly packed in `from`, beginning at byte `offset`, into one layer.
+    pub fn copy_to_layer(&mut self, from: &Buffer, mut offset: u64, to: &Image, layer: u32, levels: &[Vec<u8>]) {
         self.use_image(to, Use::COPY_TARGET);
         let (width, height) = to.extent();
-        let mut offset = 0;
         let mut regions = Vec::new();
         for (mip, level) in levels.iter().enumerate() {
             let extent = vk::Extent3D { width: (width >> mip).max(1), height: (height >> mip).max(1), depth: 1 };
@@ -258,13 +279,13 @@ impl Frame {
                 vk::ImageSubresourceLayers {
                     aspect_mask: to.aspect,
                     mip_level: mip as u32,
-                    base_array_layer: 0,
+                    base_array_layer: layer,
                     layer_count: 1,
                 },
             ));
             offset += level.len() as u64;
         }
-        // SAFETY: each region is one level, and the levels together are the buffer.
+        // SAFETY: each region is one level of one layer, and the levels lie one after the other in the buffer.
         unsafe {
             self.gpu.device.cmd_copy_buffer_to_image(
                 self.commands,
@@ -274,7 +295,42 @@ impl Frame {
                 &regions,
             );
         }
-        self.use_image(to, Use::SAMPLED_FRAGMENT);
+    }
+
+    /// Copies mip 0 of every layer into another image of the same size and number of layers, texel by texel: values
+    /// are not converted between linear and sRGB formats.
+    pub fn copy_texels(&mut self, from: &Image, to: &Image) {
+        assert_eq!((from.extent(), from.desc().layers), (to.extent(), to.desc().layers), "images of one shape");
+        self.use_image(from, Use::COPY_SOURCE);
+        self.use_image(to, Use::COPY_TARGET);
+        let (width, height) = from.extent();
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: from.desc().layers,
+        };
+        let region = vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
+        // SAFETY: both images are alive and have these layers (asserted); validation checks formats in tests.
+        unsafe {
+            self.gpu.device.cmd_copy_image(
+                self.commands,
+                from.raw,
+                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                to.raw,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &[region],
+            );
+        }
+    }
+
+    /// Leaves a lent image as its owner wants it back: in the layout of a colour attachment.
+    pub fn hand_back(&mut self, image: &Image) {
+        self.use_image(image, Use::COLOR);
     }
 
     /// Copies mip 0 of every layer into a readback buffer, layer after layer, tightly packed.

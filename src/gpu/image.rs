@@ -65,6 +65,8 @@ pub struct Image {
     pub(super) aspect: vk::ImageAspectFlags,
     desc: ImageDesc,
     allocation: RefCell<Option<Allocation>>,
+    /// Somebody else made `raw` and destroys it.
+    lent: bool,
     gpu: Rc<Gpu>,
 }
 
@@ -99,6 +101,7 @@ impl Image {
             aspect,
             desc,
             allocation: RefCell::new(None),
+            lent: false,
             gpu: Rc::clone(gpu),
         };
         // SAFETY: `raw` was just made by this device.
@@ -139,6 +142,31 @@ impl Image {
         frame.copy_to_image(&staging, &image, levels);
         frame.finish()?;
         Ok(image)
+    }
+
+    /// A colour image of somebody else, such as a compositor's; only copies go into it. Before each use
+    /// [`Image::take_over`], after it [`Frame::hand_back`].
+    ///
+    /// # Safety
+    /// `raw` is an image of this device as `desc` says, and outlives the result.
+    pub unsafe fn lent(gpu: &Rc<Gpu>, raw: vk::Image, desc: ImageDesc) -> Image {
+        Image {
+            raw,
+            view: vk::ImageView::null(),
+            mip_views: Vec::new(),
+            layer_views: Vec::new(),
+            state: Cell::new(State::HANDED_OVER),
+            aspect: vk::ImageAspectFlags::COLOR,
+            desc,
+            allocation: RefCell::new(None),
+            lent: true,
+            gpu: Rc::clone(gpu),
+        }
+    }
+
+    /// The owner of a lent image says that it may be written, in the layout of a colour attachment.
+    pub fn take_over(&self) {
+        self.state.set(State::HANDED_OVER);
     }
 
     /// Layers of mip 0, each tightly packed.
@@ -223,7 +251,9 @@ impl Drop for Image {
                 self.gpu.device.destroy_image_view(view, None);
             }
             self.gpu.device.destroy_image_view(self.view, None);
-            self.gpu.device.destroy_image(self.raw, None);
+            if !self.lent {
+                self.gpu.device.destroy_image(self.raw, None);
+            }
         }
         if let Some(allocation) = self.allocation.borrow_mut().take() {
             self.gpu.free(allocation);

@@ -53,6 +53,9 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call} failed: {result}")]
     Vulkan { call: &'static str, result: ash::vk::Result },
+    /// Whoever makes the device for us, such as an OpenXR runtime, refused.
+    #[error("{call} failed: {result}")]
+    Runtime { call: &'static str, result: String },
     /// Device memory could not be had.
     #[error("no device memory for {what} ({bytes} bytes): {reason}")]
     Memory { what: String, bytes: u64, reason: String },

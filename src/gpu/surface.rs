@@ -50,6 +50,7 @@ impl<C: Creator> Creator for WithSurface<C> {
 
     fn create_device(
         &self,
+        entry: &ash::Entry,
         instance: &ash::Instance,
         physical: vk::PhysicalDevice,
         info: &vk::DeviceCreateInfo<'_>,
@@ -81,7 +82,7 @@ impl<C: Creator> Creator for WithSurface<C> {
             info = info.push_next(&mut id).push_next(&mut wait);
         }
         let info = info.enabled_extension_names(&names);
-        self.inner.create_device(instance, physical, &info)
+        self.inner.create_device(entry, instance, physical, &info)
     }
 }
 

@@ -16,7 +16,6 @@ use super::context::Context;
 use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
-
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
 use super::upload::{Range, SceneResources};
 

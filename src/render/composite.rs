@@ -41,6 +41,6 @@ impl CompositePass {
             .write(&targets.display)
             .write(&targets.linear)
             .write(&targets.reflection_out)
-            .dispatch_stereo(targets.display.extent())
+            .dispatch_stereo(targets.linear.extent())
     }
 }

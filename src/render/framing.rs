@@ -26,7 +26,10 @@ impl Framing {
     pub fn settings(&self, shown: &Settings) -> Settings {
         let [x, y] = self.guard;
         let streams = if self.shared_noise { Streams::Shared } else { shown.streams };
-        Settings { width: shown.width + 2 * x, height: shown.height + 2 * y, streams, ..shown.clone() }
+        let (width, height) = (shown.width + 2 * x, shown.height + 2 * y);
+        // As many pixels as without a band: what is beyond the view fades there, not what is in it.
+        let edge_fade = shown.edge_fade * shown.width as f32 / width as f32;
+        Settings { width, height, streams, edge_fade, ..shown.clone() }
     }
 
     /// The eyes of what is drawn: pixels as large as those shown.

@@ -34,11 +34,16 @@ pub struct RayEnd {
 }
 
 /// Every pixel of both eyes, row by row.
-pub(super) fn read(gpu: &Rc<Gpu>, hits: &Image) -> Result<[Vec<RayEnd>; 2], GpuError> {
-    let bytes = read_image(gpu, hits)?;
-    let ends: Vec<RayEnd> = bytes
-        .chunks_exact(16)
-        .map(|t| decode([0, 4, 8].map(|i| u32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]]))))
+pub(super) fn read(gpu: &Rc<Gpu>, hits: &Image, guide: &Image) -> Result<[Vec<RayEnd>; 2], GpuError> {
+    let (bytes, guides) = (read_image(gpu, hits)?, read_image(gpu, guide)?);
+    let word = |t: &[u8], i: usize| u32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]]);
+    // A pixel that traces nothing has no instance in its guide, and its hit was never written.
+    let texels = bytes.chunks_exact(16).zip(guides.chunks_exact(16));
+    let ends: Vec<RayEnd> = texels
+        .map(|(t, g)| match word(g, 8) {
+            0 => decode([0; 3]),
+            _ => decode([0, 4, 8].map(|i| word(t, i))),
+        })
         .collect();
     let (left, right) = ends.split_at(ends.len() / 2);
     Ok([left.to_vec(), right.to_vec()])

@@ -28,6 +28,8 @@ pub fn identity(
         "scene": scene.content_sha256,
         "shaders": shaders::digest(),
         "method": method.to_string(),
+        // What the name stands for in this build.
+        "parts": format!("{:?}", method.parts()),
         "samples": method.samples(),
         "eyes": eyes,
         "settings": settings,

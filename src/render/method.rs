@@ -263,9 +263,9 @@ impl Method {
         METHODS.iter().map(|b| (b.name, b.about))
     }
 
-    /// The same with so many rays a pixel, unless its name says how many.
+    /// The same with so many rays a pixel (at least one), unless its name says how many.
     pub fn with_samples(self, samples: Option<u32>) -> Method {
-        Method { samples: self.samples.or(samples), ..self }
+        Method { samples: self.samples.or(samples.map(|n| n.max(1))), ..self }
     }
 
     /// What it is made of.

@@ -79,8 +79,11 @@ impl Passes {
     }
 }
 
-/// Samples of a screen-space method recorded into one submission: eight keep its counts within 32 bits.
-const SAMPLES_A_SUBMISSION: u32 = 8;
+/// Samples of a screen-space method recorded into one submission, at the most: fewer where their counts would not stay
+/// within 32 bits.
+const SAMPLES_A_SUBMISSION: u64 = 8;
+/// More than a march takes, on the mean of an image.
+const STEPS_A_RAY: u64 = 128;
 /// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
 const SUBMISSION_SECONDS: f64 = 0.5;
 
@@ -130,7 +133,8 @@ impl Prepared {
     ) -> Result<Prepared, GpuError> {
         let Shared { gpu, scene, resources } = shared;
         let framing = Framing::of(method, settings);
-        let targets = Targets::new(&gpu, &framing.settings(settings), &needs, method)?;
+        let shown = (settings.width, settings.height);
+        let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
         let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
@@ -237,8 +241,9 @@ impl Prepared {
                 pyramid.record(&mut frame, context, &targets.gbuffer, marched)?;
             }
             if let (Some(resolve), Some(out)) = (&passes.resolve, &targets.filtered) {
+                let together = (u64::from(u32::MAX) / (self.pixels() * STEPS_A_RAY)).clamp(1, SAMPLES_A_SUBMISSION);
                 for sample in 0..samples {
-                    if sample > 0 && sample % SAMPLES_A_SUBMISSION == 0 {
+                    if sample > 0 && u64::from(sample) % together == 0 {
                         times.extend(frame.finish()?);
                         progress(sample, samples)?;
                         frame = self.next_submission(&mut counts)?;
@@ -257,10 +262,13 @@ impl Prepared {
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
+                // So that a submission's counts stay within 32 bits.
+                let most_paths = (u64::from(u32::MAX) / self.pixels()).max(1) as u32;
                 while first < samples {
                     count = count.min(samples - first);
-                    pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
+                    // Before the recording: with the host's clock each pass is submitted and waited for at once.
                     let start = Instant::now();
+                    pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
                     times.extend(frame.finish()?);
                     let seconds = start.elapsed().as_secs_f64();
                     frame = self.next_submission(&mut counts)?;
@@ -268,7 +276,7 @@ impl Prepared {
                     progress(first, samples)?;
                     // The first one also rasterises and compiles; it only makes the next estimate cautious.
                     let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
-                    count = (fitting as u32).clamp(1, 4 * count);
+                    count = (fitting as u32).clamp(1, 4 * count).min(most_paths);
                 }
             }
         }
@@ -276,6 +284,12 @@ impl Prepared {
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
         Ok((times, counts))
+    }
+
+    /// Drawn, of both eyes.
+    fn pixels(&self) -> u64 {
+        let (width, height) = self.targets.linear.extent();
+        2 * u64::from(width) * u64::from(height)
     }
 
     /// The counters so far, and a submission that starts them anew.
@@ -318,12 +332,11 @@ impl Prepared {
     }
 
     /// How the rays of the last sample ended, pixel by pixel; `None` where none are filtered. A guard band is in it.
-    /// Pixels that trace no ray hold what was there before.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
     pub fn ray_ends(&self) -> Result<Option<[Vec<RayEnd>; 2]>, GpuError> {
-        self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits)).transpose()
+        self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits, &self.targets.guide)).transpose()
     }
 
     /// What the pixels of the last frame show, apart from light.
@@ -346,9 +359,8 @@ impl Prepared {
     /// As [`Prepared::linear`].
     pub fn display(&self) -> Result<[Vec<u8>; 2], GpuError> {
         let bytes = read_image(&self.gpu, &self.targets.display)?;
-        let texels: Vec<[u8; 4]> = bytes.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect();
-        let (left, right) = texels.split_at(texels.len() / 2);
-        Ok([left, right].map(|eye| self.framing.crop(eye).concat()))
+        let (left, right) = bytes.split_at(bytes.len() / 2);
+        Ok([left.to_vec(), right.to_vec()])
     }
 
     /// The tone-mapped picture where it lies: two layers of RGBA8, sRGB values.

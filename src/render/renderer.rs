@@ -20,6 +20,9 @@ use super::settings::Settings;
 use super::shared::Counts;
 use super::upload::{EnvironmentMaps, SceneResources};
 
+/// Pixels of a side, at the most (twin: `pack_pixel` in ray_list.glsl).
+const MOST_PIXELS: u32 = 1 << 14;
+
 /// A picture could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
@@ -27,6 +30,11 @@ pub enum RenderError {
     Gpu(#[from] GpuError),
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
+    /// A ray list has fourteen bits a side.
+    #[error(
+        "a picture of {width}×{height} pixels an eye (a guard band included) is too large: at most {MOST_PIXELS} a side"
+    )]
+    TooLarge { width: u32, height: u32 },
     /// A result that would poison a study.
     #[error(
         "scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused"
@@ -93,9 +101,9 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::new`].
     pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
-        let Renderer { gpu, brdf_table, resources, .. } = self;
+        let Renderer { gpu, brdf_table, scene: old, resources, rays, probe } = self;
         // The old scene's memory goes first.
-        drop(resources);
+        drop((old, resources, rays, probe));
         Ok(Renderer { brdf_table, ..Renderer::new(&gpu, scene)? })
     }
 
@@ -117,6 +125,9 @@ impl Renderer {
         let needs = Needs::of(&self.scene, method, settings);
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
+        if drawn.width.max(drawn.height) > MOST_PIXELS {
+            return Err(RenderError::TooLarge { width: drawn.width, height: drawn.height });
+        }
         let table = self.brdf_table(settings.delta_roughness)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();

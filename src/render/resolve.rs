@@ -82,7 +82,7 @@ impl ResolvePass {
             .write(known)
             .read_write(sums)
             .read_write(weights)
-            .write(standing)
+            .read_write(standing)
             .constants(&Constants { first: u32::from(sample == 0), last: u32::from(sample + 1 == samples) })
             .dispatch_indirect(&list.arguments, 0)
     }

@@ -91,6 +91,7 @@ pub struct Targets {
     pub marched: Option<Marched>,
     pub filtered: Option<Filtered>,
     pub path_traced: Option<PathTraced>,
+    /// What is shown, without a guard band.
     pub display: Image,
     pub linear: Image,
     pub reflection_out: Image,
@@ -101,9 +102,17 @@ pub struct Targets {
 }
 
 impl Targets {
+    /// `settings` are those of what is drawn, `shown` is the size of what is shown of it.
+    ///
     /// # Errors
     /// When device memory runs out: the message names the image and its bytes.
-    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, needs: &Needs, method: &Method) -> Result<Targets, GpuError> {
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        settings: &Settings,
+        shown: (u32, u32),
+        needs: &Needs,
+        method: &Method,
+    ) -> Result<Targets, GpuError> {
         let (w, h) = (settings.width, settings.height);
         let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(w, h, format));
         let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
@@ -169,7 +178,7 @@ impl Targets {
             marched,
             filtered,
             path_traced,
-            display: stereo("display", vk::Format::R8G8B8A8_UNORM)?,
+            display: Image::new(gpu, "display", ImageDesc::stereo(shown.0, shown.1, vk::Format::R8G8B8A8_UNORM))?,
             linear: stereo("linear", rgba32)?,
             reflection_out: stereo("reflection out", rgba32)?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,

@@ -90,7 +90,7 @@ fn self_hits(bench: &mut Bench, methods: &[&str]) -> Result<Worst, RenderError> 
                 let label = format!("{degrees}° r={roughness}");
                 let shot = bench.render(&label, &floor, method, &settings(65, 33))?;
                 let c = shot.counters;
-                let hits = 100.0 * (c.hits + c.behind + c.back_facing) as f64 / c.rays.max(1) as f64;
+                let hits = 100.0 * (c.hits + c.behind + c.back_facing) as f64 / c.rays as f64;
                 worst.see(hits, format!("{label}, {method}: {} rays", c.rays));
             }
         }
@@ -154,7 +154,7 @@ fn along_view_axis(bench: &mut Bench) -> Result<Worst, RenderError> {
             let label = format!("{distance} m, {ipd_m} m between the eyes");
             let shot = bench.render(&label, &held, method, &settings(65, 65))?;
             let c = shot.counters;
-            let answered = 100.0 * (c.hits + c.sky) as f64 / c.rays.max(1) as f64;
+            let answered = 100.0 * (c.hits + c.sky) as f64 / c.rays as f64;
             worst.see(answered, format!("{label}, {method}: {} rays", c.rays));
         }
     }

@@ -32,6 +32,7 @@ pub fn content(study: &Study, plan: &Plan, setup: &Setup, kind: Kind) -> Result<
         choices: definition.labels.clone(),
         presentations: presentations(plan),
         is_mirrored_pair: definition.layout == Layout::MirroredPair,
+        geometry: definition.geometry,
         has_letters: definition.task == Task::Compare,
         blank: Blank { grey: definition.blank.grey, fixation: definition.blank.fixation },
         stimulus_px: [definition.stimuli.width_px, definition.stimuli.height_px],

@@ -78,6 +78,9 @@ pub struct StimulusInfo {
     pub samples: u32,
     /// Mean standard error of a pixel's luminance, linear; none where the method has no estimate.
     pub standard_error: Option<f64>,
+    /// Horizontal field of view per eye, degrees; none in stores of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub horizontal_fov_deg: Option<f64>,
     /// Measured systematic inconsistency between the eyes, linear luminance; none where it was not measured.
     pub inconsistency: Option<f64>,
 }

@@ -5,6 +5,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use cyclopean::study::sha256_hex;
@@ -17,7 +18,11 @@ pub struct Desk {
     manager: Option<Child>,
     display: String,
     gallery: PathBuf,
+    _one: MutexGuard<'static, ()>,
 }
+
+/// Software devices and real time do not share a processor well: one desk at a time.
+static ONE: Mutex<()> = Mutex::new(());
 
 /// Says why displays cannot be tested here, unless they must be.
 pub fn skip(why: &str) {
@@ -37,6 +42,7 @@ impl Desk {
                 return None;
             }
         }
+        let one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
         let args = ["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"];
         let mut server =
             Command::new("Xvfb").args(args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
@@ -48,7 +54,7 @@ impl Desk {
         let manager =
             Command::new("openbox").env("DISPLAY", &display).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
         std::thread::sleep(Duration::from_millis(500));
-        Some(Desk { server, manager, display, gallery: gallery.join(name) })
+        Some(Desk { server, manager, display, gallery: gallery.join(name), _one: one })
     }
 
     /// Minimising needs one.

@@ -43,6 +43,7 @@ impl StimulusRenderer for Painter {
             renderer: format!("painter {}", self.version),
             samples: request.samples.unwrap_or(1),
             standard_error: None,
+            horizontal_fov_deg: request.horizontal_fov_deg,
             inconsistency: Some(if request.method == "sssr" { 0.2 } else { 0.0 }),
         })
     }

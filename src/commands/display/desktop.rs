@@ -118,8 +118,8 @@ impl Test {
         let began = Instant::now();
         let (mut times, mut frame) = (Vec::new(), 0);
         while began.elapsed().as_secs_f64() < seconds {
-            let patch = Some(if frame / FLICKER % 2 == 0 { 0.0 } else { 1.0 });
-            self.show(&Card { notes: [&note, &note], patch }, frame % FLICKER == 0)?;
+            let patch = Some(if (frame / FLICKER).is_multiple_of(2) { 0.0 } else { 1.0 });
+            self.show(&Card { notes: [&note, &note], patch }, frame.is_multiple_of(FLICKER))?;
             // When the picture went out, or where the driver knows, when the one before was seen.
             times.push(self.stage.last_seen_ns().unwrap_or_else(|| self.stage.now_ns()));
             frame += 1;
@@ -179,10 +179,11 @@ impl Test {
         loop {
             for key in self.show(&Card { notes: [&[], &[]], patch: None }, false)? {
                 match &key {
-                    Key::Character(c) => match c.parse::<u32>() {
-                        Ok(n @ 1..=4) => return Ok(n - 1),
-                        _ => {}
-                    },
+                    Key::Character(c) => {
+                        if let Ok(n @ 1..=4) = c.parse::<u32>() {
+                            return Ok(n - 1);
+                        }
+                    }
                     Key::Named(NamedKey::Escape) => anyhow::bail!("the test was given up"),
                     _ => {}
                 }

@@ -73,14 +73,19 @@ impl Composer {
         Ok(Composer { passes: RefCell::default(), sampler: Sampler::new(gpu, Filter::NEAREST)?, gpu: Rc::clone(gpu) })
     }
 
-    /// An image to compose into.
+    /// An image to compose into, grey at first.
     ///
     /// # Errors
     /// No memory for it.
     pub fn image(&self, (width, height): (u32, u32)) -> Result<Image, GpuError> {
         let format = vk::Format::R8G8B8A8_UNORM;
-        let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(width, height, format) };
-        Image::new(&self.gpu, "window", desc)
+        let desc = ImageDesc::stereo(width, height, format);
+        let desc = ImageDesc { layers: 1, usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
+        let image = Image::new(&self.gpu, "window", desc)?;
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.clear(&image, [128.0 / 255.0, 128.0 / 255.0, 128.0 / 255.0, 1.0]);
+        frame.finish()?;
+        Ok(image)
     }
 
     fn pass(&self, key: [u32; 4]) -> Result<Rc<ComputePass>, GpuError> {
@@ -141,7 +146,7 @@ pub fn fit((width, height): (u32, u32), shape: (u32, u32), most: u32, below: u32
     let room = (f64::from(width.min(most)), f64::from(height.saturating_sub(2 * below).max(1)));
     let mut scale = (room.0 / f64::from(shape.0)).min(room.1 / f64::from(shape.1));
     // Pixel for pixel where it nearly is.
-    if (0.97..1.0).contains(&scale) || (scale >= 1.0 && scale < 1.03) {
+    if (0.97..1.03).contains(&scale) {
         let fits =
             f64::from(shape.0) <= f64::from(width) && f64::from(shape.1) <= f64::from(height - below.min(height));
         scale = if fits { 1.0 } else { scale };

@@ -78,8 +78,12 @@ impl Place<'_> {
         ((choice as usize) < self.content.choices_of(self.screen)).then_some(Does::Input(Input::Choose(choice)))
     }
 
-    /// What is marked; without a mark the confirmation of a choice, or the way on from a page.
+    /// What is marked; without a mark the way on from a page. A choice that is made on a panel is confirmed wherever
+    /// the pointer lies.
     pub fn press(&self) -> Option<Does> {
+        if let Screen::Panel { chosen: Some(_), .. } = self.screen {
+            return Some(Does::Input(Input::Confirm));
+        }
         let marked = self.mark.and_then(|mark| self.targets.get(mark));
         let plain = || {
             let on = |t: &&Target| matches!(t.input, Input::Confirm | Input::Continue);

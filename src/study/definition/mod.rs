@@ -9,6 +9,7 @@ use cyclopean_analysis::journal::record::{PreferenceValues, Question, ScaleOptio
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::display::content::Geometry;
 pub use conditions::{CatchTrial, ConditionSpec, Conditions, Cross, EyeName, OrderKind, OrderSpec};
 pub use people::{ConsentText, FromInconsistency, Questionnaire, Screening, Simulation};
 pub use presentation::{Blank, Breaks, Layout, Panel, SegmentSpec, Stimuli, Task, Validity};
@@ -39,6 +40,9 @@ pub struct Definition {
     /// How the stimuli stand on the display.
     #[serde(default)]
     pub layout: Layout,
+    /// How the stimuli stand before a head that moves (headsets only).
+    #[serde(default, skip_serializing_if = "is_world")]
+    pub geometry: Geometry,
     /// Shown before the practice presentations.
     pub instructions: String,
     /// Shown first; without agreement there is no session. None: nobody is asked (dry runs).
@@ -110,6 +114,10 @@ fn english() -> String {
 
 fn is_english(language: &str) -> bool {
     language == "en"
+}
+
+fn is_world(geometry: &Geometry) -> bool {
+    *geometry == Geometry::World
 }
 
 fn one() -> u32 {

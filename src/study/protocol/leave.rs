@@ -2,7 +2,7 @@
 
 use cyclopean_analysis::journal::record::{End, Interrupted, Missing, Outcome, Pause, Purpose, Record, Skip};
 
-use super::machine::{AfterBlank, Clock, Current, Machine, State};
+use super::machine::{AfterBlank, Clock, Current, Machine, State, UNSEEN_PAUSE_NS};
 use super::{Action, Page, Screen};
 
 impl Machine {
@@ -25,6 +25,19 @@ impl Machine {
         self.state = State::Paused { since_ns: now_ns, then };
         out.extend([Action::Write(Record::Pause(Pause { reason: reason.to_owned() })), Action::Sync]);
         out.push(Action::Show(Screen::Page(Page::Paused)));
+    }
+
+    /// Pauses what runs by itself when nobody has seen it for long; texts and questions wait anyway.
+    pub(super) fn watch(&mut self, now_ns: u64, out: &mut Vec<Action>) {
+        if self.focus && self.visible {
+            self.unseen_since_ns = None;
+            return;
+        }
+        let since_ns = *self.unseen_since_ns.get_or_insert(now_ns);
+        let runs = matches!(self.state, State::Blank { .. } | State::Showing { .. } | State::Panel { .. });
+        if runs && now_ns.saturating_sub(since_ns) >= UNSEEN_PAUSE_NS {
+            self.pause(now_ns, "not-seen", out);
+        }
     }
 
     pub(super) fn unpause(&mut self, then: State, now_ns: u64, out: &mut Vec<Action>) {
@@ -72,6 +85,15 @@ impl Machine {
                 out.push(Action::Write(Record::Missing(Missing { presentation, reason })));
                 self.next_presentation(now_ns, out);
             }
+        }
+    }
+
+    /// The attempt that is under way is cut off and comes again as a new one.
+    pub(super) fn repeat(&mut self, now_ns: u64, out: &mut Vec<Action>) {
+        let is_under_way = matches!(self.state, State::Blank { .. } | State::Showing { .. } | State::Panel { .. });
+        if is_under_way && self.current.is_some() {
+            self.interrupt("repeat", out);
+            self.next_presentation(now_ns, out);
         }
     }
 

@@ -95,7 +95,13 @@ pub struct Machine {
     pub(super) last_frame_ns: Option<u64>,
     pub(super) focus: bool,
     pub(super) visible: bool,
+    /// Since when focus or visibility is gone.
+    pub(super) unseen_since_ns: Option<u64>,
 }
+
+/// Nobody looks for so long: the session stands still until somebody says to go on. Shorter losses are judged by the
+/// study's rule of validity alone.
+pub(super) const UNSEEN_PAUSE_NS: u64 = 1_000_000_000;
 
 impl Machine {
     pub fn new(setup: Setup) -> Machine {
@@ -115,6 +121,7 @@ impl Machine {
             last_frame_ns: None,
             focus: true,
             visible: true,
+            unseen_since_ns: None,
         }
     }
 
@@ -153,10 +160,22 @@ impl Machine {
         let mut out = Vec::new();
         match event {
             _ if self.is_over() => {}
-            Event::Frame { at_ns, rendered } => self.frames(1, at_ns, at_ns, rendered, &mut out),
-            Event::Frames { count, first_ns, last_ns } => self.split(count, first_ns, last_ns, &mut out),
-            Event::Focus(focus) => self.focus = focus,
-            Event::Visible(visible) => self.visible = visible,
+            Event::Frame { at_ns, rendered } => {
+                self.frames(1, at_ns, at_ns, rendered, &mut out);
+                self.watch(at_ns, &mut out);
+            }
+            Event::Frames { count, first_ns, last_ns } => {
+                self.split(count, first_ns, last_ns, &mut out);
+                self.watch(last_ns, &mut out);
+            }
+            Event::Focus(focus) => {
+                self.focus = focus;
+                self.watch(now_ns, &mut out);
+            }
+            Event::Visible(visible) => {
+                self.visible = visible;
+                self.watch(now_ns, &mut out);
+            }
             Event::RefreshRate(hz) => {
                 if let State::Showing { timing, .. } = &mut self.state
                     && (hz - self.setup.nominal_hz).abs() > 0.5

@@ -1,6 +1,8 @@
 //! Properties of the machine: under any events, at any rate, stepped or skipped.
 
-use cyclopean_analysis::journal::record::{Kind, Outcome, Presentation, Purpose, Record, Shown, Trust};
+use cyclopean_analysis::journal::record::{
+    self as journal, Kind, Outcome, Presentation, Purpose, Record, Shown, Trust,
+};
 use cyclopean_analysis::journal::{Entry, Verifier};
 use proptest::prelude::*;
 
@@ -208,13 +210,35 @@ fn what_disturbs_a_presentation_makes_it_invalid() {
 }
 
 #[test]
+fn what_the_operator_repeats_comes_again_as_a_new_attempt_and_notes_are_kept() {
+    let d = testing::compare(4, 2);
+    let plan = Plan::draw(&d, 0);
+    let mut m = machine(&d, &plan, 90.0);
+    let mut now = 0;
+    m.start(now);
+    m.handle(now, Event::Input(Input::Continue));
+    for _ in 0..600 {
+        now += 11_111_111;
+        m.handle(now, Event::Frame { at_ns: now, rendered: true });
+    }
+    let actions = m.handle(now, Event::Input(Input::Repeat));
+    let wrote = |record: &Record| actions.iter().any(|a| matches!(a, Action::Write(r) if r == record));
+    let (presentation, reason) = (0, "repeat".to_owned());
+    assert!(wrote(&Record::Interrupted(journal::Interrupted { presentation, attempt: 0, reason })), "{actions:?}");
+    assert!(wrote(&Record::Begin(journal::Begin { presentation, attempt: 1 })), "{actions:?}");
+    let actions = m.handle(now, Event::Input(Input::Note("coughed".to_owned())));
+    let note = Record::Note(journal::Note { text: "coughed".to_owned() });
+    assert_eq!(actions, [Action::Write(note), Action::Sync]);
+}
+
+#[test]
 fn an_invalid_trial_comes_again_at_the_end_of_its_block_and_then_is_missing() {
     let mut d = testing::rate(3, 2);
     d.practice.clear();
     let plan = Plan::draw(&d, 0);
     let mut m = machine(&d, &plan, 90.0);
     let display = Headless::new(90.0, 0, observer(&d, &plan, &m));
-    // The focus is gone whenever presentation 1 is shown.
+    // The refresh rate changes whenever presentation 1 is shown.
     struct Disturbed(Headless, Option<Event>);
     impl Display for Disturbed {
         fn info(&self) -> &crate::display::DisplayInfo {
@@ -231,7 +255,7 @@ fn an_invalid_trial_comes_again_at_the_end_of_its_block_and_then_is_missing() {
         }
         fn present(&mut self, screen: &Screen) -> Result<(), crate::display::DisplayError> {
             let bad = matches!(screen, Screen::Stimulus { presentation: 1, .. });
-            self.1 = Some(Event::Focus(!bad)).filter(|_| self.0.is_new(screen));
+            self.1 = bad.then_some(Event::RefreshRate(72.0)).filter(|_| self.0.is_new(screen));
             self.0.present(screen)
         }
     }
@@ -248,6 +272,32 @@ fn an_invalid_trial_comes_again_at_the_end_of_its_block_and_then_is_missing() {
     assert!(
         records.iter().any(|(_, r)| matches!(r, Record::Missing(m) if m.presentation == 1 && m.reason == "invalid"))
     );
+}
+
+#[test]
+fn a_headset_taken_off_pauses_the_session_until_somebody_says_to_go_on() {
+    let d = testing::rate(2, 1);
+    let (mut m, mut now, period) = in_the_first_stimulus(&d);
+    let mut step = |m: &mut Machine, n: u64| -> Vec<Action> {
+        let frames = (0..n).flat_map(|_| {
+            now += period;
+            m.handle(now, Event::Frame { at_ns: now, rendered: true })
+        });
+        frames.collect()
+    };
+    step(&mut m, 10);
+    let taken_off = in_the_first_stimulus(&d).1 + 10 * period;
+    assert!(m.handle(taken_off, Event::Visible(false)).is_empty());
+    let said = step(&mut m, 150);
+    let paused = said.iter().filter(|a| matches!(a, Action::Write(Record::Pause(p)) if p.reason == "not-seen")).count();
+    assert_eq!(paused, 1);
+    assert!(said.iter().any(|a| matches!(a, Action::Write(Record::Interrupted(_)))));
+    assert!(matches!(said.last(), Some(Action::Show(Screen::Page(Page::Paused)))));
+    // Put on again: the page waits; the stimulus comes again as a new attempt.
+    assert!(m.handle(taken_off + 2_000_000_000, Event::Visible(true)).is_empty());
+    let back = m.handle(taken_off + 2_000_000_000, Event::Input(Input::Continue));
+    assert!(back.iter().any(|a| matches!(a, Action::Write(Record::Begin(b)) if b.attempt == 1)), "{back:?}");
+    assert!(step(&mut m, 300).iter().any(|a| matches!(a, Action::Show(Screen::Stimulus { attempt: 1, .. }))));
 }
 
 #[test]
@@ -277,6 +327,8 @@ fn any_event() -> impl Strategy<Value = (u64, Event)> {
         1 => Just(Input::Decline),
         2 => any::<bool>().prop_map(|by_operator| Input::Pause { by_operator }),
         2 => Just(Input::Skip),
+        2 => Just(Input::Repeat),
+        1 => Just(Input::Note("a note".to_owned())),
     ];
     let event = prop_oneof![
         6 => input.prop_map(Event::Input),

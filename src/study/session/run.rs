@@ -53,7 +53,11 @@ impl Session {
         let files: Vec<StimulusFiles> = self
             .stored
             .iter()
-            .map(|s| StimulusFiles { sbs_png: s.folder.join(STIMULUS_FILES[0]), exr: s.folder.join(STIMULUS_FILES[1]) })
+            .map(|s| StimulusFiles {
+                sbs_png: s.folder.join(STIMULUS_FILES[0]),
+                exr: s.folder.join(STIMULUS_FILES[1]),
+                fov_deg: s.side_car.info.horizontal_fov_deg,
+            })
             .collect();
         display.load(&files)?;
         let mut screen = Screen::Blank;

@@ -1,0 +1,144 @@
+//! The session's states, as OpenXR 1.0 (section 9.3) has them, and what each asks of us.
+//!
+//! ```text
+//! IDLE → READY (begin) → SYNCHRONIZED (frames, nothing seen) ⇄ VISIBLE (seen) ⇄ FOCUSED (seen and answered)
+//!      ← STOPPING (end) ←                         anywhere → LOSS_PENDING, EXITING (over)
+//! ```
+//! Pure: no call into the runtime.
+
+use openxr::SessionState;
+
+use crate::study::protocol::Event;
+
+/// Where the session stands.
+#[derive(Debug, Clone)]
+pub(super) struct Lifecycle {
+    state: SessionState,
+    running: bool,
+    /// The headset is worn; true where the runtime cannot say.
+    worn: bool,
+    /// What the state machine was told last. It begins with both.
+    told_visible: bool,
+    told_focus: bool,
+}
+
+/// What a change of state asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Do {
+    Nothing,
+    /// `xrBeginSession`
+    Begin,
+    /// `xrEndSession`
+    End,
+    /// The headset or its runtime goes away.
+    Lost,
+    /// Somebody closed us from within the headset.
+    Exit,
+}
+
+impl Lifecycle {
+    pub fn new() -> Lifecycle {
+        Lifecycle { state: SessionState::UNKNOWN, running: false, worn: true, told_visible: true, told_focus: true }
+    }
+
+    /// Frames may be waited for: between `xrBeginSession` and `xrEndSession`.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+
+    /// Layers are seen: in other states a frame has none.
+    pub fn is_visible(&self) -> bool {
+        self.worn && matches!(self.state, SessionState::VISIBLE | SessionState::FOCUSED)
+    }
+
+    /// Actions come to us.
+    pub fn is_focused(&self) -> bool {
+        self.worn && self.state == SessionState::FOCUSED
+    }
+
+    /// The runtime reports a state.
+    pub fn to(&mut self, state: SessionState) -> Do {
+        self.state = state;
+        match state {
+            SessionState::READY => {
+                self.running = true;
+                Do::Begin
+            }
+            SessionState::STOPPING => {
+                let was = std::mem::replace(&mut self.running, false);
+                if was { Do::End } else { Do::Nothing }
+            }
+            SessionState::LOSS_PENDING => {
+                self.running = false;
+                Do::Lost
+            }
+            SessionState::EXITING => {
+                self.running = false;
+                Do::Exit
+            }
+            _ => Do::Nothing,
+        }
+    }
+
+    /// `XR_EXT_user_presence`: put on or taken off.
+    pub fn set_worn(&mut self, worn: bool) {
+        self.worn = worn;
+    }
+
+    /// What the state machine must be told since the last call; visibility first.
+    pub fn news(&mut self) -> Vec<Event> {
+        let mut out = Vec::new();
+        if self.told_visible != self.is_visible() {
+            self.told_visible = self.is_visible();
+            out.push(Event::Visible(self.told_visible));
+        }
+        if self.told_focus != self.is_focused() {
+            self.told_focus = self.is_focused();
+            out.push(Event::Focus(self.told_focus));
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_headset_put_on_taken_off_and_put_on_again() {
+        let mut life = Lifecycle::new();
+        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
+        assert_eq!(life.to(SessionState::IDLE), Do::Nothing);
+        assert!(!life.is_running());
+        assert_eq!(life.to(SessionState::READY), Do::Begin);
+        assert!(life.is_running());
+        assert_eq!(life.to(SessionState::SYNCHRONIZED), Do::Nothing);
+        assert!(life.news().is_empty());
+        life.to(SessionState::VISIBLE);
+        assert_eq!(life.news(), [Event::Visible(true)]);
+        life.to(SessionState::FOCUSED);
+        assert_eq!(life.news(), [Event::Focus(true)]);
+        life.set_worn(false);
+        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
+        life.set_worn(true);
+        assert_eq!(life.news(), [Event::Visible(true), Event::Focus(true)]);
+        life.to(SessionState::VISIBLE);
+        life.to(SessionState::SYNCHRONIZED);
+        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
+        assert!(life.is_running());
+        assert_eq!(life.to(SessionState::STOPPING), Do::End);
+        assert_eq!(life.to(SessionState::STOPPING), Do::Nothing);
+        assert!(!life.is_running());
+        assert_eq!(life.to(SessionState::READY), Do::Begin);
+    }
+
+    #[test]
+    fn loss_and_exit_end_it() {
+        for (state, asked) in [(SessionState::LOSS_PENDING, Do::Lost), (SessionState::EXITING, Do::Exit)] {
+            let mut life = Lifecycle::new();
+            life.to(SessionState::READY);
+            assert_eq!(life.to(state), asked);
+            assert!(!life.is_running());
+        }
+    }
+}

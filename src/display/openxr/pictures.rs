@@ -1,0 +1,186 @@
+//! The stimuli as textures: everything uploaded before trial 1, so that a toggle is a change of layer.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use openxr as xr;
+
+use super::headset::Headset;
+use super::runtime::failure;
+use super::texture::Texture;
+use crate::display::{DisplayError, StimulusFiles};
+
+/// A picture of the mirrored pair: reference, test, and whose eye's images (0 left).
+pub(super) type PairKey = (u32, u32, usize);
+
+/// One uploaded picture and its angular size.
+pub(super) struct Still {
+    pub texture: Texture,
+    /// Degrees; each eye's own for stereo, of the whole for a pair.
+    pub width_deg: f64,
+    /// Width over height.
+    pub aspect: f64,
+}
+
+/// All of them.
+#[derive(Default)]
+pub(super) struct Pictures {
+    /// By stimulus, layer 0 the left eye's; none where pairs are shown.
+    pub stereo: Vec<Still>,
+    pub pairs: BTreeMap<PairKey, Still>,
+}
+
+/// How large pictures may be, degrees.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Room {
+    /// Straight ahead to the nearest edge, both eyes and both sides: left/right, up/down.
+    pub half_deg: [f64; 2],
+    /// A flat pair is at most this wide.
+    pub quad_deg: f64,
+    /// What stimuli span that do not say it themselves.
+    pub fov_deg: Option<f64>,
+}
+
+impl Room {
+    /// A pair stays within four fifths of the field: beyond, lenses blur.
+    pub fn pair_deg(&self) -> f64 {
+        self.quad_deg.min(0.8 * 2.0 * self.half_deg[0])
+    }
+}
+
+impl Pictures {
+    /// Reads and uploads. `pairs` empty: each stimulus in stereo.
+    ///
+    /// # Errors
+    /// A file cannot be read, is larger than the runtime takes, or is wider than the view.
+    pub fn load(
+        headset: &Headset,
+        files: &[StimulusFiles],
+        pairs: &BTreeSet<PairKey>,
+        room: &Room,
+    ) -> Result<Pictures, DisplayError> {
+        let mut out = Pictures::default();
+        if pairs.is_empty() {
+            for file in files {
+                let eyes = Eyes::read(file)?;
+                let width_deg = file.fov_deg.or(room.fov_deg).ok_or_else(|| {
+                    let file = file.sbs_png.display();
+                    failure(format!("{file} does not say how wide its view is: run `cyclopean prepare` again"))
+                })?;
+                fits(file, width_deg, eyes.aspect(), room)?;
+                let (width, height, aspect) = (eyes.width, eyes.height, eyes.aspect());
+                let texture = upload(headset, file, (width, height), eyes.texels.into())?;
+                out.stereo.push(Still { texture, width_deg, aspect });
+            }
+            return Ok(out);
+        }
+        for &(reference, test, eye) in pairs {
+            let file = |id: u32| files.get(id as usize).ok_or_else(|| failure(format!("there is no stimulus {id}")));
+            let (left, right) = (Eyes::read(file(reference)?)?, Eyes::read(file(test)?)?);
+            if (left.width, left.height) != (right.width, right.height) {
+                let (a, b) = (file(reference)?.sbs_png.display(), file(test)?.sbs_png.display());
+                return Err(failure(format!("{a} and {b} differ in size and cannot stand side by side")));
+            }
+            let size = (2 * left.width, left.height);
+            let texels = side_by_side(&left.texels[eye], &right.texels[eye], left.width as usize);
+            let texture = upload(headset, file(test)?, size, vec![texels])?;
+            let aspect = f64::from(size.0) / f64::from(size.1);
+            out.pairs.insert((reference, test, eye), Still { texture, width_deg: room.pair_deg(), aspect });
+        }
+        Ok(out)
+    }
+}
+
+fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Result<(), DisplayError> {
+    let height_deg = super::place::vertical_deg(width_deg, aspect);
+    let [across, upward] = room.half_deg.map(|half| 2.0 * half);
+    // A tenth of a degree is a pixel or two.
+    if width_deg <= across + 0.1 && height_deg <= upward + 0.1 {
+        return Ok(());
+    }
+    Err(failure(format!(
+        "{} spans {width_deg:.0}° × {height_deg:.0}°, this headset shows {across:.0}° × {upward:.0}° around straight ahead: its borders would be cut off; set stimuli.horizontal_fov_deg in the study and prepare again",
+        file.sbs_png.display()
+    )))
+}
+
+fn upload(
+    headset: &Headset,
+    file: &StimulusFiles,
+    (width, height): (u32, u32),
+    layers: Vec<Vec<u8>>,
+) -> Result<Texture, DisplayError> {
+    let largest = headset.runtime.max_side_px;
+    if width.max(height) > largest {
+        let file = file.sbs_png.display();
+        return Err(failure(format!(
+            "{file} needs {width}×{height} pixels, the runtime takes at most {largest} a side"
+        )));
+    }
+    Texture::still(&headset.session, &headset.gpu, (width, height), layers)
+}
+
+/// Both eyes' pictures as RGBA bytes, rows from the top.
+struct Eyes {
+    width: u32,
+    height: u32,
+    texels: [Vec<u8>; 2],
+}
+
+impl Eyes {
+    fn read(file: &StimulusFiles) -> Result<Eyes, DisplayError> {
+        let path = &file.sbs_png;
+        let picture = image::open(path).map_err(|e| failure(format!("cannot read {}: {e}", path.display())))?;
+        let both = picture.into_rgba8();
+        let (width, height) = (both.width() / 2, both.height());
+        if width == 0 || both.width() % 2 != 0 {
+            return Err(failure(format!("{} does not hold two pictures side by side", path.display())));
+        }
+        let row = width as usize * 4;
+        let half =
+            |eye: usize| both.as_raw().chunks_exact(2 * row).flat_map(|r| &r[eye * row..][..row]).copied().collect();
+        Ok(Eyes { width, height, texels: [half(0), half(1)] })
+    }
+
+    fn aspect(&self) -> f64 {
+        f64::from(self.width) / f64::from(self.height)
+    }
+}
+
+/// Left as it is, right turned about its vertical axis, no gap: the axis is the line where they meet.
+fn side_by_side(left: &[u8], right: &[u8], width: usize) -> Vec<u8> {
+    let mut out = Vec::with_capacity(left.len() + right.len());
+    for (l, r) in left.chunks_exact(4 * width).zip(right.chunks_exact(4 * width)) {
+        out.extend_from_slice(l);
+        r.rchunks_exact(4).for_each(|texel| out.extend_from_slice(texel));
+    }
+    out
+}
+
+/// Which layer an eye sees, and who is to see it.
+pub(super) const EYES: [(u32, xr::EyeVisibility); 2] = [(0, xr::EyeVisibility::LEFT), (1, xr::EyeVisibility::RIGHT)];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_test_image_stands_mirrored_beside_the_reference() {
+        let texel = |v: u8| [v, v, v, 255];
+        let (left, right) = ([1, 2, 3, 4].map(texel).concat(), [5, 6, 7, 8].map(texel).concat());
+        let both = side_by_side(&left, &right, 2);
+        let values: Vec<u8> = both.chunks(4).map(|t| t[0]).collect();
+        assert_eq!(values, [1, 2, 6, 5, 3, 4, 8, 7]);
+    }
+
+    #[test]
+    fn what_is_wider_than_the_view_is_refused_with_the_way_out() {
+        let file = StimulusFiles { exr: "a.exr".into(), sbs_png: "a/sbs.png".into(), fov_deg: None };
+        let room = Room { half_deg: [45.0, 45.0], quad_deg: 70.0, fov_deg: None };
+        assert!(fits(&file, 90.0, 16.0 / 9.0, &room).is_ok());
+        let error = fits(&file, 91.5, 16.0 / 9.0, &room).expect_err("too wide").to_string();
+        assert!(error.contains("91° × 60°") || error.contains("92° × 60°"), "{error}");
+        assert!(error.contains("90° × 90°") && error.contains("horizontal_fov_deg"), "{error}");
+        assert_eq!(room.pair_deg(), 70.0);
+        assert_eq!(Room { half_deg: [40.0, 40.0], ..room }.pair_deg(), 64.0);
+    }
+}

@@ -1,0 +1,40 @@
+//! What loaders and runtimes print on standard error while they are being asked, kept off the terminal.
+
+/// Runs `asks`; what lands on standard error meanwhile goes to the log (`RUST_LOG=debug` shows it).
+#[cfg(unix)]
+pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
+    use std::io::{Read as _, Seek as _};
+    use std::os::fd::{AsRawFd as _, FromRawFd as _, OwnedFd};
+
+    let Some(mut kept) = unnamed_file() else { return asks() };
+    // SAFETY: standard error is open for the life of the program; the copy belongs to us alone.
+    let before = match unsafe { libc::dup(libc::STDERR_FILENO) } {
+        copy if copy >= 0 => unsafe { OwnedFd::from_raw_fd(copy) },
+        _ => return asks(),
+    };
+    // SAFETY: both descriptors are open.
+    unsafe { libc::dup2(kept.as_raw_fd(), libc::STDERR_FILENO) };
+    let answer = asks();
+    // SAFETY: both descriptors are open; standard error is again what it was.
+    unsafe { libc::dup2(before.as_raw_fd(), libc::STDERR_FILENO) };
+    let mut said = String::new();
+    if kept.rewind().is_ok() && kept.read_to_string(&mut said).is_ok() {
+        said.lines().filter(|l| !l.trim().is_empty()).for_each(|line| tracing::debug!("openxr: {line}"));
+    }
+    answer
+}
+
+/// A file that nobody else sees and that goes with its last descriptor.
+#[cfg(unix)]
+fn unnamed_file() -> Option<std::fs::File> {
+    let path = std::env::temp_dir().join(format!("cyclopean-openxr-{}", std::process::id()));
+    let file = std::fs::File::options().read(true).write(true).create_new(true).open(&path).ok()?;
+    std::fs::remove_file(&path).ok()?;
+    Some(file)
+}
+
+/// Elsewhere they print.
+#[cfg(not(unix))]
+pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
+    asks()
+}

@@ -1,0 +1,527 @@
+//! Whole sessions on a real OpenXR runtime, with a scripted head and scripted hands.
+
+mod lab;
+mod xr;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use cyclopean::study::prepare::{self, Shard};
+use cyclopean::study::sha256_hex;
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
+use cyclopean_analysis::journal::record::{Kind, Outcome, Record, Trust};
+use cyclopean_analysis::journal::{SessionVotes, collect};
+use lab::{Lab, rate};
+use xr::journal::Tail;
+use xr::participant::Participant;
+use xr::window::{Window, spots};
+use xr::witness::Witness;
+use xr::{Compositor, Service, wait_for};
+
+/// `cyclopean run … --display openxr` in the root.
+struct Run {
+    child: Child,
+    said: PathBuf,
+}
+
+impl Run {
+    fn start(service: &Service, lab: &Lab, more: &[&str], environment: &[(&str, &str)]) -> Run {
+        let mut args = vec![env!("CARGO_BIN_EXE_cyclopean"), "run", "study.json", "--display", "openxr"];
+        args.extend_from_slice(&["--participant", "p1"]);
+        args.extend_from_slice(more);
+        let said = lab.path("said.txt");
+        let file = std::fs::File::options().create(true).append(true).open(&said).unwrap();
+        let mut command = service.inside(&args);
+        command.current_dir(lab.dir.path()).envs(environment.iter().copied());
+        command.stdin(Stdio::piped()).stdout(file.try_clone().unwrap()).stderr(file);
+        Run { child: command.spawn().expect("the program starts"), said }
+    }
+
+    /// Types a line on the operator's keyboard.
+    fn operator(&mut self, line: &str) {
+        use std::io::Write as _;
+        writeln!(self.child.stdin.as_mut().expect("a keyboard"), "{line}").unwrap();
+    }
+
+    /// Exit code and everything it said.
+    fn end(&mut self) -> (i32, String) {
+        let code = wait_for("the program's end", Duration::from_secs(60), || self.child.try_wait().unwrap());
+        (code.code().unwrap_or(-1), std::fs::read_to_string(&self.said).unwrap())
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if std::thread::panicking() {
+            eprintln!("--- the program said:\n{}", std::fs::read_to_string(&self.said).unwrap_or_default());
+        }
+    }
+}
+
+/// Two methods compared, toggled four times.
+fn compare() -> serde_json::Value {
+    serde_json::json!({
+        "format": 1, "id": "rate", "title": "Compare", "seed": 11, "participants": 4, "task": "compare",
+        "instructions": "Look.", "question": "Which was more consistent between your eyes?",
+        "labels": ["A", "No difference", "B"], "preference": {"other": 1, "same": 2, "method": 3},
+        "protocol": [{"show": "a", "seconds": 0.5}, {"show": "b", "seconds": 1.0}, {"show": "a", "seconds": 1.0},
+                     {"show": "b", "seconds": 1.0}, {"show": "a", "seconds": 0.5}],
+        "blank": {"seconds": 0.5},
+        "conditions": {"cross": {"scene": ["pica", "room"], "method": ["stereo"], "other": ["sssr"]}},
+        "stimuli": {"width_px": 16, "height_px": 16}
+    })
+}
+
+/// The same study with pictures that say how wide they are.
+fn wide(mut study: serde_json::Value, degrees: f64) -> serde_json::Value {
+    study["stimuli"]["horizontal_fov_deg"] = degrees.into();
+    study
+}
+
+fn journal(lab: &Lab) -> PathBuf {
+    lab.journal("p1", "001")
+}
+
+/// A whole session on the null compositor, answered as `choice` says; what the journal must say of it in any study.
+///
+/// `layers`: how many a frame has that shows a stimulus, which no other screen has.
+fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, u32) -> u32) -> (Lab, SessionVotes) {
+    let lab = Lab::new(study);
+    let service = Service::start(Compositor::Null);
+    let remote = service.remote();
+    let witness = Witness::in_folder(service.folder.path());
+    let environment = witness.environment();
+    let environment: Vec<(&str, &str)> = environment.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    let mut run = Run::start(&service, &lab, &[], &environment);
+    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), choice);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    let (code, said) = run.end();
+    assert_eq!(code, 0, "{said}");
+    assert!(!said.contains("vulkan validation"), "{said}");
+    assert_eq!(number_before(&said, " by us;"), 0.0, "{said}");
+    assert!(number_before(&said, " % (99 of 100)") < 20.0, "{said}");
+    assert_eq!(witness.complaints(), Vec::<String>::new());
+
+    let entries = Tail::of(&journal(&lab)).all();
+    let answers: Vec<(u32, u32, u32)> = entries
+        .iter()
+        .filter_map(|e| match &e.record {
+            Record::Answer(a) => Some((a.presentation, a.attempt, a.choice)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(participant.answered, answers);
+    for (presentation, attempt, answer) in &answers {
+        assert_eq!(*answer, choice(*presentation, *attempt));
+    }
+    // Frame by frame what an independent witness saw.
+    let presentations: Vec<_> =
+        entries.iter().filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None }).collect();
+    let runs = witness.runs(layers);
+    assert_eq!(runs.len(), presentations.len(), "{runs:?}");
+    let mut clocks = Vec::new();
+    for (p, (frames, first, last)) in presentations.iter().zip(&runs) {
+        assert!(p.invalid.is_empty(), "{p:?}");
+        assert_eq!(p.segments.iter().map(|s| s.frames_shown).sum::<u64>(), *frames, "{p:?}");
+        let (begun, ended) = (p.segments[0].first_ns as i64, p.segments[p.segments.len() - 1].last_ns as i64);
+        assert_eq!(ended - begun, last - first, "{p:?}");
+        for segment in &p.segments {
+            assert_eq!(segment.frames_shown, segment.frames_asked, "{p:?}");
+        }
+        clocks.push(first - begun);
+    }
+    assert!(clocks.windows(2).all(|w| w[0] == w[1]), "one clock: {clocks:?}");
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.kind, votes.outcome), (Kind::Real, Some(Outcome::Completed)));
+    let display = &votes.header.display;
+    assert_eq!((display.kind.as_str(), display.trust, display.nominal_hz), ("openxr", Trust::Predicted, 20.0));
+    assert!((display.ipd_m.unwrap() - 0.064).abs() < 1e-5, "{display:?}");
+    assert!((display.fov_deg.unwrap()[1][0] - 49.85).abs() < 0.01, "{display:?}");
+    (lab, votes)
+}
+
+#[test]
+fn a_rating_study_with_questionnaires_and_screening() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["consent"] =
+        serde_json::json!({"version": "1", "purpose": "a test", "retain_until": "2030-01-01", "text": "Do you agree?"});
+    study["questionnaires"] = serde_json::json!(["person"]);
+    study["head_poses"] = true.into();
+    let choice = |presentation: u32, _: u32| (presentation * 2 + 1) % 5;
+    // The ground, and a picture an eye.
+    let (lab, votes) = whole_session(&study, 3, &choice);
+    assert_eq!(votes.votes.len(), 2);
+    let poses = std::fs::read_to_string(journal(&lab).with_extension("poses.jsonl")).unwrap();
+    let seen = poses.lines().filter(|l| l.contains("orientation")).count();
+    assert!(seen > 200, "{seen} head poses");
+}
+
+#[test]
+fn a_comparison_in_stereo_toggles_in_whole_frames() {
+    if !xr::is_there() {
+        return;
+    }
+    let choice = |presentation: u32, _: u32| presentation % 3;
+    // The ground, a picture an eye, the letter.
+    let (_lab, votes) = whole_session(&wide(compare(), 60.0), 4, &choice);
+    assert_eq!(votes.votes.len(), 2);
+}
+
+#[test]
+fn a_mirrored_comparison_is_answered_too() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(compare(), 60.0);
+    study["layout"] = "mirrored-pair".into();
+    study["conditions"]["cross"]["reference"] = "path-traced".into();
+    study["conditions"]["cross"]["eye"] = serde_json::json!(["left", "right"]);
+    let choice = |presentation: u32, _: u32| (presentation + 1) % 3;
+    // The ground, the pair, the letter.
+    let (_lab, votes) = whole_session(&study, 3, &choice);
+    assert_eq!(votes.votes.len(), 4);
+}
+
+#[test]
+fn a_service_killed_in_a_trial_leaves_a_session_that_goes_on() {
+    if !xr::is_there() {
+        return;
+    }
+    let lab = Lab::new(&wide(rate(&["pica"], 1), 60.0));
+    let mut service = Service::start(Compositor::Null);
+    let choice = |_: u32, _: u32| 2;
+    {
+        let remote = service.remote();
+        let mut run = Run::start(&service, &lab, &[], &[]);
+        let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
+        participant.until(|r| matches!(r, Record::Begin(b) if b.presentation == 1).then_some(()));
+        std::thread::sleep(Duration::from_millis(1200));
+        service.kill();
+        let (code, said) = run.end();
+        assert_eq!(code, 1, "{said}");
+        let last = said.lines().rfind(|l| l.starts_with("error: ")).unwrap_or_else(|| panic!("{said}"));
+        assert!(last.contains("the OpenXR runtime is gone") && last.contains("--resume"), "{said}");
+    }
+    service.restart();
+    let remote = service.remote();
+    let before = Tail::of(&journal(&lab)).all().len();
+    assert!(before > 10);
+    let mut run = Run::start(&service, &lab, &["--resume", "--yes"], &[]);
+    let mut tail = Tail::of(&journal(&lab));
+    tail.next("resumed", Duration::from_secs(60), |r| matches!(r, Record::Resume(_)).then_some(()));
+    let mut participant = Participant::new(&remote, tail, &choice);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    assert_eq!(run.end().0, 0);
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.votes.len(), votes.missing.len()), (2, 0));
+    let begun: Vec<(u32, u32)> = Tail::of(&journal(&lab))
+        .all()
+        .iter()
+        .filter_map(|e| if let Record::Begin(b) = &e.record { Some((b.presentation, b.attempt)) } else { None })
+        .collect();
+    assert_eq!(begun, [(0, 0), (1, 0), (1, 1), (2, 0)]);
+}
+
+#[test]
+fn a_headset_taken_off_pauses_and_the_trial_comes_again() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 6.0}]);
+    study["practice"] = serde_json::json!([]);
+    let lab = Lab::new(&study);
+    let other = Lab::new(&study);
+    let service = Service::start(Compositor::Null);
+    let remote = service.remote();
+    let mut run = Run::start(&service, &lab, &[], &[]);
+    let choice = |_: u32, _: u32| 2;
+    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
+    participant.until(|r| matches!(r, Record::Begin(_)).then_some(()));
+    std::thread::sleep(Duration::from_millis(1500));
+    // Another program comes to the front: the runtime shows that one, as it would its own menu.
+    let mut second = Run::start(&service, &other, &[], &[]);
+    let show = |client: &str| {
+        let output = service.inside(&["monado-ctl", "-p", client]).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let mut tail = Tail::of(&journal(&other));
+    tail.next("the second session", Duration::from_secs(60), |r| matches!(r, Record::Phase(_)).then_some(()));
+    let listed = String::from_utf8_lossy(&service.inside(&["monado-ctl"]).output().unwrap().stdout).into_owned();
+    eprintln!("{listed}");
+    show("2");
+    let reason = participant.tail.next("a pause", Duration::from_secs(20), |r| match r {
+        Record::Pause(pause) => Some(pause.reason.clone()),
+        _ => None,
+    });
+    assert_eq!(reason, "not-seen");
+    second.operator("q");
+    assert_eq!(second.end().0, 0);
+    show("1");
+    std::thread::sleep(Duration::from_secs(1));
+    participant.press_until_written(None);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    assert_eq!(run.end().0, 0);
+    let votes = collect(&journal(&lab)).unwrap();
+    assert_eq!((votes.votes.len(), votes.missing.len()), (2, 0));
+    let interrupted =
+        Tail::of(&journal(&lab)).all().iter().filter(|e| matches!(e.record, Record::Interrupted(_))).count();
+    assert_eq!(interrupted, 1);
+}
+
+#[test]
+fn what_is_missing_is_named_in_one_sentence() {
+    let lab = Lab::new(&wide(rate(&["pica"], 1), 60.0));
+    let args = ["run", "study.json", "--participant", "p1", "--display", "openxr"];
+    let one_sentence = |output: std::process::Output, words: &[&str]| {
+        let said = lab::stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        assert!(words.iter().all(|w| said.contains(w)), "{said}");
+        assert!(!lab.sessions().exists());
+    };
+    // A loader that knows of no runtime, or no loader at all: whichever this machine has.
+    let mut here = lab.command(&args);
+    here.env("XR_RUNTIME_JSON", "/nowhere/runtime.json").stdin(Stdio::null());
+    one_sentence(here.output().unwrap(), &["cyclopean doctor"]);
+    if !xr::is_there() {
+        return;
+    }
+    let mut service = Service::start(Compositor::Null);
+    service.kill();
+    let mut args = args.to_vec();
+    args.insert(0, env!("CARGO_BIN_EXE_cyclopean"));
+    let mut command = service.inside(&args);
+    command.current_dir(lab.dir.path()).stdin(Stdio::null());
+    one_sentence(command.output().unwrap(), &["no OpenXR runtime answers", "cyclopean doctor"]);
+    // A picture wider than the view.
+    service.restart();
+    let remote = service.remote();
+    remote.set(|hands| hands.fov = [-0.4, 0.4, 0.4, -0.4]);
+    std::thread::sleep(Duration::from_millis(500));
+    let mut command = service.inside(&args);
+    command.current_dir(lab.dir.path()).stdin(Stdio::null());
+    let output = command.output().unwrap();
+    let said = lab::stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("spans 60°") && said.contains("horizontal_fov_deg"), "{said}");
+}
+
+/// The number before these words in the line on frames that the program ends with.
+fn number_before(said: &str, words: &str) -> f64 {
+    let line = said.lines().find(|l| l.starts_with("frames: ")).unwrap_or_else(|| panic!("no line on frames: {said}"));
+    let (before, _) = line.split_once(words).unwrap_or_else(|| panic!("{words}: {line}"));
+    before.rsplit(' ').next().and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{words}: {line}"))
+}
+
+/// Nearly nine minutes at the null compositor's twenty frames a second: `cargo test --test openxr -- --ignored`.
+#[test]
+#[ignore = "takes nine minutes"]
+fn ten_thousand_frames_without_a_miss_of_ours() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 251.0}]);
+    study["practice"] = serde_json::json!([]);
+    let lab = Lab::new(&study);
+    let service = Service::start(Compositor::Null);
+    let remote = service.remote();
+    let mut run = Run::start(&service, &lab, &[], &[("CYCLOPEAN_VALIDATION", "0")]);
+    let choice = |_: u32, _: u32| 2;
+    let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
+    participant.patience = Duration::from_secs(300);
+    assert_eq!(participant.take_part(), Outcome::Completed);
+    let (code, said) = run.end();
+    assert_eq!(code, 0, "{said}");
+    eprintln!("{}", said.lines().find(|l| l.starts_with("frames: ")).unwrap_or_default());
+    assert!(number_before(&said, " given to the runtime") >= 10_000.0, "{said}");
+    assert_eq!(number_before(&said, " by us;"), 0.0, "{said}");
+    assert!(number_before(&said, " % (99 of 100)") < 20.0, "{said}");
+}
+
+/// Stimuli of known marks: a grey ground, and squares of eight texels in a colour that tells the eye.
+struct Marks;
+
+const MARKS_PX: (u32, u32) = (480, 360);
+/// Centres of the squares, texels.
+const MARKS: [(u32, u32); 5] = [(240, 180), (60, 60), (420, 60), (60, 300), (330, 240)];
+
+impl StimulusRenderer for Marks {
+    fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
+        Ok(sha256_hex(serde_json::to_string(request)?.as_bytes()))
+    }
+
+    fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
+        let (width, height) = MARKS_PX;
+        // Left red, right blue; the other method has them darker.
+        let light = if request.method == "sssr" { 250 } else { 150 };
+        let picture = image::RgbImage::from_fn(2 * width, height, |x, y| {
+            let (right, x) = (x >= width, x % width);
+            let is_mark = MARKS.iter().any(|(mx, my)| x.abs_diff(*mx) < 4 && y.abs_diff(*my) < 4);
+            match (is_mark, right) {
+                (true, false) => image::Rgb([light, 0, 0]),
+                (true, true) => image::Rgb([0, 0, light]),
+                _ => image::Rgb([70, 70, 70]),
+            }
+        });
+        picture.save(into.join("sbs.png"))?;
+        exr::prelude::write_rgb_file(into.join("stereo.exr"), 4, 4, |_, _| (0.0_f32, 0.0_f32, 0.0_f32))?;
+        let horizontal_fov_deg = request.horizontal_fov_deg;
+        Ok(StimulusInfo { renderer: "marks".to_owned(), samples: 1, horizontal_fov_deg, ..StimulusInfo::default() })
+    }
+}
+
+/// A laboratory with marked stimuli.
+fn marked(study: &serde_json::Value) -> Lab {
+    let lab = Lab::new(study);
+    std::fs::remove_dir_all(lab.path("store")).unwrap();
+    let study = lab.load();
+    prepare::prepare(&study.definition, &lab.store(), &mut Marks, Shard::WHOLE, &mut |_, _| Ok(())).unwrap();
+    lab
+}
+
+/// Tangents of the half field of Monado's remote headset in its window: 85° across a panel of 65 × 70 mm an eye.
+const WINDOW_TAN: (f64, f64) = (0.916_33, 0.986_82);
+/// Pixels of an eye's half of the window.
+const HALF_PX: (f64, f64) = (480.0, 540.0);
+
+/// What the headset says of its eyes is what its window shows.
+fn as_the_window(hands: &mut xr::Hands) {
+    let (x, y) = (WINDOW_TAN.0.atan() as f32, WINDOW_TAN.1.atan() as f32);
+    hands.fov = [-x, x, y, -y];
+}
+
+/// Where a direction (tangents to the right and down) is seen in an eye's half of the window.
+fn in_window(eye: usize, tan: (f64, f64)) -> (f64, f64) {
+    let x = HALF_PX.0 * (0.5 + 0.5 * tan.0 / WINDOW_TAN.0) + eye as f64 * HALF_PX.0;
+    (x, HALF_PX.1 * (0.5 + 0.5 * tan.1 / WINDOW_TAN.1))
+}
+
+fn assert_spots(name: &str, mut expected: Vec<(f64, f64)>, mut seen: Vec<(f64, f64)>) {
+    let order =
+        |a: &(f64, f64), b: &(f64, f64)| (a.1 / 4.0).round().total_cmp(&(b.1 / 4.0).round()).then(a.0.total_cmp(&b.0));
+    expected.sort_by(order);
+    seen.sort_by(order);
+    assert_eq!(expected.len(), seen.len(), "{name}: {expected:?} {seen:?}");
+    for (e, s) in expected.iter().zip(&seen) {
+        assert!((e.0 - s.0).abs() <= 1.0 && (e.1 - s.1).abs() <= 1.0, "{name}: {s:?} is not within a pixel of {e:?}");
+    }
+}
+
+/// Red and blue spots, of any lightness.
+fn red(c: [u8; 3]) -> bool {
+    c[0] > 90 && c[1] < 50 && c[2] < 50
+}
+
+fn blue(c: [u8; 3]) -> bool {
+    c[2] > 90 && c[0] < 50 && c[1] < 50
+}
+
+/// A study of one presentation that stands for eight seconds, under a compositor that draws, up to the stimulus.
+struct Shown {
+    tail: Tail,
+    run: Run,
+    remote: xr::Remote,
+    _service: Service,
+    window: Window,
+    lab: Lab,
+}
+
+fn show(mut study: serde_json::Value, name: &str) -> Shown {
+    study["practice"] = serde_json::json!([]);
+    study["stimuli"]["width_px"] = MARKS_PX.0.into();
+    study["stimuli"]["height_px"] = MARKS_PX.1.into();
+    let lab = marked(&study);
+    let window = Window::open();
+    let service = Service::start(Compositor::Window(window.number));
+    let remote = service.remote();
+    remote.set(as_the_window);
+    let run = Run::start(&service, &lab, &[], &[]);
+    let mut tail = Tail::of(&lab.journal("p1", "001"));
+    tail.next("the instructions", Duration::from_secs(60), |r| matches!(r, Record::Phase(_)).then_some(()));
+    std::thread::sleep(Duration::from_secs(2));
+    window.keep(&format!("{name}-instructions"));
+    let all = tail.all().len();
+    while tail.all().len() == all {
+        remote.trigger();
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    window.keep(&format!("{name}-blank"));
+    Shown { tail, run, remote, _service: service, window, lab }
+}
+
+#[test]
+fn each_eye_sees_its_own_picture_where_it_belongs() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 8.0}]);
+    study["blank"]["seconds"] = 2.0.into();
+    let mut shown = show(study, "stereo");
+    std::thread::sleep(Duration::from_secs(5));
+    let seen = shown.window.keep("stereo-stimulus");
+    // Sixty degrees across, straight ahead of each eye: no shift by its place in the head.
+    let half = 30f64.to_radians().tan();
+    let mark = |eye: usize| {
+        let tan =
+            |(x, y): (u32, u32)| ((f64::from(x) / 240.0 - 1.0) * half, (f64::from(y) / 180.0 - 1.0) * half * 0.75);
+        MARKS.iter().map(|m| in_window(eye, tan(*m))).collect::<Vec<_>>()
+    };
+    assert_spots("left", mark(0), spots(&seen, red));
+    assert_spots("right", mark(1), spots(&seen, blue));
+    let choice = |_: u32, _: u32| 2;
+    let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
+    participant.until(|r| matches!(r, Record::Presentation(_)).then_some(()));
+    std::thread::sleep(Duration::from_secs(3));
+    let panel = shown.window.keep("stereo-panel");
+    // Whoever looks elsewhere and centres the view has the same picture again.
+    shown.remote.set(|h| {
+        h.head = [0.0, 0.3f32.sin(), 0.0, 0.3f32.cos(), 0.4, 1.5, 0.2];
+    });
+    std::thread::sleep(Duration::from_millis(500));
+    shown.run.operator("r");
+    std::thread::sleep(Duration::from_secs(1));
+    let again = shown.window.keep("stereo-panel-centred");
+    assert!(panel == again, "a centred view is the same view");
+}
+
+#[test]
+fn a_mirrored_pair_is_one_flat_picture_for_both_eyes() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(compare(), 60.0);
+    study["layout"] = "mirrored-pair".into();
+    study["conditions"] = serde_json::json!({"list": [
+        {"scene": "pica", "method": "sssr", "other": "stereo", "reference": "path-traced", "eye": "right"}]});
+    study["protocol"] = serde_json::json!([{"show": "a", "seconds": 8.0}, {"show": "b", "seconds": 8.0}]);
+    study["blank"]["seconds"] = 2.0.into();
+    let shown = show(study, "pair");
+    std::thread::sleep(Duration::from_secs(5));
+    let seen = shown.window.keep("pair-a");
+    assert!(spots(&seen, red).is_empty(), "the left eye's images are not asked for");
+    // Four fifths of 85° are 68°: the picture of 2 × 480 by 360 texels, at two metres, for eyes 64 mm apart.
+    let half = 34f64.to_radians().tan();
+    let mut expected = Vec::new();
+    for eye in 0..2 {
+        let shift = if eye == 0 { 0.016 } else { -0.016 };
+        for (x, y) in MARKS.map(|(x, y)| (f64::from(x), f64::from(y))) {
+            for column in [x, 960.0 - x] {
+                let tan = ((column / 480.0 - 1.0) * half + shift, (y / 180.0 - 1.0) * half * 360.0 / 960.0);
+                expected.push(in_window(eye, tan));
+            }
+        }
+    }
+    assert_spots("pair", expected, spots(&seen, blue));
+    std::thread::sleep(Duration::from_secs(8));
+    shown.window.keep("pair-b");
+    drop(shown.lab);
+}

@@ -1,0 +1,145 @@
+//! A real OpenXR runtime (Monado) in a root of its own, with a scripted head and scripted hands.
+//!
+//! `tests/xr/root` builds the root, `tests/xr/inside` runs a command in it. Monado's "remote" driver takes head and
+//! controllers (Valve Index ones) from a TCP connection.
+
+#![allow(dead_code)] // Each test program uses its part.
+
+pub mod journal;
+pub mod participant;
+pub mod remote;
+pub mod window;
+pub mod witness;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+pub use remote::{Hands, Remote};
+
+/// Where the repository is.
+pub fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Is there a root to run in? Says on standard error why not; where skipping is forbidden, that is a failure.
+pub fn is_there() -> bool {
+    let output = Command::new(repository().join("tests/xr/root")).arg("--check").output().expect("tests/xr/root runs");
+    if output.status.success() {
+        return true;
+    }
+    let why = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+    assert!(std::env::var_os("CYCLOPEAN_REQUIRE_XR").is_none_or(|v| v != "1"), "{why}");
+    eprintln!("skipped: {why}");
+    false
+}
+
+/// What the compositor does with frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compositor {
+    /// Nothing: states and pacing only.
+    Null,
+    /// Both eyes in a window of this X display.
+    Window(u32),
+}
+
+/// A running Monado service. Killed when dropped.
+pub struct Service {
+    pub folder: tempfile::TempDir,
+    compositor: Compositor,
+    child: Option<Child>,
+}
+
+impl Service {
+    /// Starts it and waits until it listens.
+    pub fn start(compositor: Compositor) -> Service {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let run = folder.path().join("run");
+        std::fs::create_dir_all(&run).unwrap();
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            std::fs::set_permissions(&run, std::fs::Permissions::from_mode(0o700)).unwrap();
+        }
+        let config = folder.path().join("config/monado");
+        std::fs::create_dir_all(&config).unwrap();
+        let text = serde_json::json!({"active": "remote", "remote": {"version": 0, "port": 4242}});
+        std::fs::write(config.join("config_v0.json"), text.to_string()).unwrap();
+        let mut service = Service { folder, compositor, child: None };
+        service.restart();
+        service
+    }
+
+    /// A fresh service in the place of the old one, which is killed.
+    pub fn restart(&mut self) {
+        self.kill();
+        let socket = self.folder.path().join("run/monado_comp_ipc");
+        let _ = std::fs::remove_file(&socket);
+        let log = std::fs::File::options().create(true).append(true).open(self.log()).unwrap();
+        let mut command = self.inside(&["monado-service"]);
+        match self.compositor {
+            Compositor::Null => command.env("XRT_COMPOSITOR_NULL", "1"),
+            Compositor::Window(display) => {
+                command.env("XRT_COMPOSITOR_FORCE_XCB", "1").env("DISPLAY", format!(":{display}"))
+            }
+        };
+        command.env("XRT_LOG", "info").env("CYCLOPEAN_XR_NET", "own");
+        // It ends when its standard input does.
+        command.stdin(Stdio::piped()).stdout(log.try_clone().unwrap()).stderr(log);
+        self.child = Some(command.spawn().expect("the service starts"));
+        wait_for("the service", Duration::from_secs(20), || socket.exists().then_some(()));
+    }
+
+    /// As a crash would.
+    pub fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    pub fn log(&self) -> PathBuf {
+        self.folder.path().join("service.log")
+    }
+
+    /// Head and hands.
+    pub fn remote(&self) -> Remote {
+        Remote::connect(self.child.as_ref().expect("a running service").id())
+    }
+
+    /// A command in the root that finds this runtime.
+    pub fn inside(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(repository().join("tests/xr/inside"));
+        let binary = Path::new(env!("CARGO_BIN_EXE_cyclopean")).parent().expect("a folder");
+        command
+            .args(args)
+            .current_dir(self.folder.path())
+            .env("CYCLOPEAN_XR_BIND", binary)
+            .env("XDG_RUNTIME_DIR", self.folder.path().join("run"))
+            .env("XDG_CONFIG_HOME", self.folder.path().join("config"))
+            .env("XR_RUNTIME_JSON", "/usr/share/openxr/1/openxr_monado.json")
+            .env("CYCLOPEAN_VALIDATION", "1")
+            .env_remove("RUST_LOG");
+        command
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        self.kill();
+        if std::thread::panicking() {
+            eprintln!("--- the service said:\n{}", std::fs::read_to_string(self.log()).unwrap_or_default());
+        }
+    }
+}
+
+/// Asks until there is an answer.
+pub fn wait_for<T>(what: &str, within: Duration, mut ask: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(begun.elapsed() < within, "{what}: not within {within:?}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

@@ -1,0 +1,93 @@
+//! An X display in memory, and pictures of it.
+
+use std::io::BufRead as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use image::RgbImage;
+
+/// Xvfb in the root; its frame buffer is a file. Killed when dropped.
+pub struct Window {
+    folder: tempfile::TempDir,
+    child: Child,
+    /// Of `DISPLAY`.
+    pub number: u32,
+}
+
+impl Window {
+    pub fn open() -> Window {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut command = Command::new(super::repository().join("tests/xr/inside"));
+        command.args(["Xvfb", "-displayfd", "1", "-screen", "0", "1024x600x24", "-ac", "-nolisten", "tcp", "-fbdir"]);
+        command.arg(folder.path()).current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().expect("Xvfb starts");
+        let mut line = String::new();
+        std::io::BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut line).expect("its number");
+        Window { folder, child, number: line.trim().parse().expect("a number") }
+    }
+
+    /// What stands in it now.
+    pub fn picture(&self) -> RgbImage {
+        let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the frame buffer");
+        read_xwd(&bytes)
+    }
+
+    /// The same, kept for people to look at.
+    pub fn keep(&self, name: &str) -> RgbImage {
+        let picture = self.picture();
+        let path = kept(name);
+        picture.save(&path).expect("a PNG");
+        picture
+    }
+}
+
+/// Where a picture of this name is kept.
+pub fn kept(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("openxr");
+    std::fs::create_dir_all(&folder).expect("the folder of kept pictures");
+    folder.join(format!("{name}.png"))
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// X window dump, version 7: a header of big-endian words, a colour table of 12 bytes an entry, then rows.
+fn read_xwd(bytes: &[u8]) -> RgbImage {
+    let word = |i: usize| u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap()) as usize;
+    let (header, width, height, is_big, bits, row, colors) =
+        (word(0), word(4), word(5), word(7), word(11), word(12), word(19));
+    assert_eq!((word(1), bits), (7, 32), "an X window dump of 32 bits a pixel");
+    let data = &bytes[header + 12 * colors..];
+    RgbImage::from_fn(width as u32, height as u32, |x, y| {
+        let at = y as usize * row + 4 * x as usize;
+        let p = &data[at..at + 4];
+        image::Rgb(if is_big == 1 { [p[1], p[2], p[3]] } else { [p[2], p[1], p[0]] })
+    })
+}
+
+/// Centres of the spots whose colour `is_spot` takes, in reading order of columns: x, then y; pixels.
+pub fn spots(picture: &RgbImage, is_spot: impl Fn([u8; 3]) -> bool) -> Vec<(f64, f64)> {
+    let mut groups: Vec<Vec<(f64, f64)>> = Vec::new();
+    for (x, y, p) in picture.enumerate_pixels() {
+        if !is_spot(p.0) {
+            continue;
+        }
+        let at = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let near = |g: &&mut Vec<(f64, f64)>| g.iter().any(|q| (q.0 - at.0).abs() < 3.0 && (q.1 - at.1).abs() < 3.0);
+        match groups.iter_mut().find(near) {
+            Some(group) => group.push(at),
+            None => groups.push(vec![at]),
+        }
+    }
+    let mean = |g: &Vec<(f64, f64)>| {
+        let n = g.len() as f64;
+        (g.iter().map(|p| p.0).sum::<f64>() / n, g.iter().map(|p| p.1).sum::<f64>() / n)
+    };
+    let mut centres: Vec<_> = groups.iter().map(mean).collect();
+    centres.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    centres
+}
