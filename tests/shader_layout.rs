@@ -113,7 +113,8 @@ fn host_and_shaders_agree_on_every_offset() {
     let mut found = BTreeMap::new();
     for shader in shaders::ALL {
         let words = shader.words().into_owned();
-        let points = ReflectConfig::new().spv(words).ref_all_rscs(true).reflect().expect("valid SPIR-V");
+        let points = ReflectConfig::new().spv(words).ref_all_rscs(true).reflect();
+        let points = points.unwrap_or_else(|e| panic!("{}: {e}", shader.name));
         for variable in points.iter().flat_map(|p| &p.vars) {
             if let Variable::Descriptor { ty, .. } = variable {
                 collect(ty, &mut found, None);
