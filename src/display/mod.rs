@@ -10,6 +10,8 @@ pub mod intervals;
 #[cfg(feature = "gpu")]
 pub mod openxr;
 #[cfg(feature = "gpu")]
+pub mod operator;
+#[cfg(feature = "gpu")]
 pub mod panel;
 #[cfg(feature = "gpu")]
 mod shaders;

@@ -145,6 +145,22 @@ impl Frame {
         unsafe { self.gpu.device.cmd_update_buffer(self.commands, buffer.raw, 0, bytemuck::cast_slice(words)) };
     }
 
+    /// Sets every texel of an image.
+    pub fn clear(&mut self, image: &Image, value: [f32; 4]) {
+        self.use_image(image, Use::COPY_TARGET);
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: image.aspect,
+            base_mip_level: 0,
+            level_count: vk::REMAINING_MIP_LEVELS,
+            base_array_layer: 0,
+            layer_count: vk::REMAINING_ARRAY_LAYERS,
+        };
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let value = vk::ClearColorValue { float32: value };
+        // SAFETY: the image is in this layout (barrier above) and outlives the frame.
+        unsafe { self.gpu.device.cmd_clear_color_image(self.commands, image.raw, layout, &value, &[range]) };
+    }
+
     /// Copies the whole of `from` to the start of `to`.
     pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer) {
         self.use_buffer(from, Use::COPY_SOURCE);

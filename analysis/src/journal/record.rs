@@ -73,6 +73,8 @@ pub enum Record {
     Resume(Resume),
     /// The operator passed over a state.
     Skip(Skip),
+    /// The operator wrote something down.
+    Note(Note),
     /// The last line of a session that is over.
     End(End),
 }
@@ -523,7 +525,7 @@ pub struct Interrupted {
     pub presentation: u32,
     /// The attempt.
     pub attempt: u32,
-    /// `pause`, `skip`, `withdraw`, `quit` or `killed`.
+    /// `pause`, `skip`, `repeat`, `withdraw`, `quit`, `abandon` or `killed`.
     pub reason: String,
 }
 
@@ -566,6 +568,13 @@ pub struct Resume {
 pub struct Skip {
     /// The state, as in [`Phase`], or `presentation`.
     pub phase: String,
+}
+
+/// Something the operator saw; never a name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Note {
+    /// As it was typed.
+    pub text: String,
 }
 
 /// Why a session is over.

@@ -73,14 +73,19 @@ impl Composer {
         Ok(Composer { passes: RefCell::default(), sampler: Sampler::new(gpu, Filter::NEAREST)?, gpu: Rc::clone(gpu) })
     }
 
-    /// An image to compose into.
+    /// An image to compose into, grey at first.
     ///
     /// # Errors
     /// No memory for it.
     pub fn image(&self, (width, height): (u32, u32)) -> Result<Image, GpuError> {
         let format = vk::Format::R8G8B8A8_UNORM;
-        let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(width, height, format) };
-        Image::new(&self.gpu, "window", desc)
+        let desc = ImageDesc::stereo(width, height, format);
+        let desc = ImageDesc { layers: 1, usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
+        let image = Image::new(&self.gpu, "window", desc)?;
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.clear(&image, [128.0 / 255.0, 128.0 / 255.0, 128.0 / 255.0, 1.0]);
+        frame.finish()?;
+        Ok(image)
     }
 
     fn pass(&self, key: [u32; 4]) -> Result<Rc<ComputePass>, GpuError> {

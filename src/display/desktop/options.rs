@@ -78,6 +78,8 @@ pub struct DesktopOptions {
     /// Part of the graphics device's name.
     pub device: Option<String>,
     pub title: String,
+    /// The window lives on a thread of its own, beside a session; Linux only.
+    pub is_beside: bool,
 }
 
 impl Default for DesktopOptions {
@@ -93,6 +95,7 @@ impl Default for DesktopOptions {
             patch: false,
             device: None,
             title: "cyclopean".to_owned(),
+            is_beside: false,
         }
     }
 }

@@ -99,7 +99,7 @@ impl Shell {
     /// # Errors
     /// [`ShellError`].
     pub fn open(options: &DesktopOptions) -> Result<Shell, ShellError> {
-        let events = event_loop()?;
+        let events = event_loop(options.is_beside)?;
         let handler = Handler {
             options: options.clone(),
             happened: VecDeque::new(),
@@ -171,7 +171,7 @@ impl Shell {
     }
 }
 
-fn event_loop() -> Result<EventLoop<()>, ShellError> {
+fn event_loop(is_beside: bool) -> Result<EventLoop<()>, ShellError> {
     // winit's own words name a source line of it.
     let is_there = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
         .iter()
@@ -179,7 +179,16 @@ fn event_loop() -> Result<EventLoop<()>, ShellError> {
     if cfg!(target_os = "linux") && !is_there {
         return Err(ShellError::NoDesktop("neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned()));
     }
-    let events = EventLoop::new().map_err(|error| {
+    let mut builder = EventLoop::builder();
+    #[cfg(target_os = "linux")]
+    if is_beside {
+        winit::platform::x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
+        winit::platform::wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
+    }
+    if is_beside && !cfg!(target_os = "linux") {
+        return Err(ShellError::Window("this system gives windows to the first thread alone".to_owned()));
+    }
+    let events = builder.build().map_err(|error| {
         let name = if std::env::var_os("WAYLAND_DISPLAY").is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" };
         let value = std::env::var(name).unwrap_or_default();
         tracing::debug!("the desktop: {error}");
@@ -202,7 +211,7 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, ShellError> {
         fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, _: WindowEvent) {}
     }
     let mut looker = Looker(Vec::new());
-    let mut events = event_loop()?;
+    let mut events = event_loop(false)?;
     for _ in 0..20 {
         events.pump_app_events(Some(Duration::from_millis(10)), &mut looker);
         if !looker.0.is_empty() {

@@ -88,6 +88,15 @@ impl Machine {
         }
     }
 
+    /// The attempt that is under way is cut off and comes again as a new one.
+    pub(super) fn repeat(&mut self, now_ns: u64, out: &mut Vec<Action>) {
+        let is_under_way = matches!(self.state, State::Blank { .. } | State::Showing { .. } | State::Panel { .. });
+        if is_under_way && self.current.is_some() {
+            self.interrupt("repeat", out);
+            self.next_presentation(now_ns, out);
+        }
+    }
+
     pub(super) fn close(&mut self, outcome: Outcome, reason: &str, out: &mut Vec<Action>) {
         self.interrupt(reason, out);
         self.state = State::Over;

@@ -61,6 +61,10 @@ pub enum Input {
     Pause { by_operator: bool },
     /// Pass over this state (operator).
     Skip,
+    /// Show this presentation from its beginning (operator).
+    Repeat,
+    /// Write something down (operator).
+    Note(String),
     /// Leave and take the data along (participant).
     Withdraw,
     /// Give the session up for good (operator).

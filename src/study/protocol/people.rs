@@ -1,7 +1,7 @@
 //! People do something: choices, confirmations, pages.
 
 use cyclopean_analysis::journal::record::{
-    Answer, Change, Continue, Item, Missing, Outcome, Purpose, Record, Screening,
+    Answer, Change, Continue, Item, Missing, Note, Outcome, Purpose, Record, Screening,
 };
 
 use super::machine::{Current, Machine, State};
@@ -23,6 +23,8 @@ impl Machine {
                 out.extend([Action::Sync, Action::Close(None)]);
             }
             Input::Skip => self.skip(now_ns, out),
+            Input::Repeat => self.repeat(now_ns, out),
+            Input::Note(text) => out.extend([Action::Write(Record::Note(Note { text })), Action::Sync]),
             Input::Continue => match &self.state {
                 State::Page(page) => self.turn(*page, now_ns, out),
                 State::Paused { since_ns, then } => {

@@ -1,6 +1,8 @@
 //! Properties of the machine: under any events, at any rate, stepped or skipped.
 
-use cyclopean_analysis::journal::record::{Kind, Outcome, Presentation, Purpose, Record, Shown, Trust};
+use cyclopean_analysis::journal::record::{
+    self as journal, Kind, Outcome, Presentation, Purpose, Record, Shown, Trust,
+};
 use cyclopean_analysis::journal::{Entry, Verifier};
 use proptest::prelude::*;
 
@@ -208,6 +210,28 @@ fn what_disturbs_a_presentation_makes_it_invalid() {
 }
 
 #[test]
+fn what_the_operator_repeats_comes_again_as_a_new_attempt_and_notes_are_kept() {
+    let d = testing::compare(4, 2);
+    let plan = Plan::draw(&d, 0);
+    let mut m = machine(&d, &plan, 90.0);
+    let mut now = 0;
+    m.start(now);
+    m.handle(now, Event::Input(Input::Continue));
+    for _ in 0..600 {
+        now += 11_111_111;
+        m.handle(now, Event::Frame { at_ns: now, rendered: true });
+    }
+    let actions = m.handle(now, Event::Input(Input::Repeat));
+    let wrote = |record: &Record| actions.iter().any(|a| matches!(a, Action::Write(r) if r == record));
+    let (presentation, reason) = (0, "repeat".to_owned());
+    assert!(wrote(&Record::Interrupted(journal::Interrupted { presentation, attempt: 0, reason })), "{actions:?}");
+    assert!(wrote(&Record::Begin(journal::Begin { presentation, attempt: 1 })), "{actions:?}");
+    let actions = m.handle(now, Event::Input(Input::Note("coughed".to_owned())));
+    let note = Record::Note(journal::Note { text: "coughed".to_owned() });
+    assert_eq!(actions, [Action::Write(note), Action::Sync]);
+}
+
+#[test]
 fn an_invalid_trial_comes_again_at_the_end_of_its_block_and_then_is_missing() {
     let mut d = testing::rate(3, 2);
     d.practice.clear();
@@ -303,6 +327,8 @@ fn any_event() -> impl Strategy<Value = (u64, Event)> {
         1 => Just(Input::Decline),
         2 => any::<bool>().prop_map(|by_operator| Input::Pause { by_operator }),
         2 => Just(Input::Skip),
+        2 => Just(Input::Repeat),
+        1 => Just(Input::Note("a note".to_owned())),
     ];
     let event = prop_oneof![
         6 => input.prop_map(Event::Input),

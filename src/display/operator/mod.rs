@@ -1,0 +1,161 @@
+//! The operator's window beside a headset: what is shown, how far the session is, whether time is kept, and keys.
+//!
+//! It lives on a thread and a device of its own, so that nothing it does can delay a frame of the participant's. One
+//! program has one such window, and none beside a desktop window: the window system gives a program one loop of events.
+
+mod window;
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::content::Content;
+use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
+use crate::study::protocol::{Event, Input, Screen};
+
+/// What the window is told.
+#[derive(Debug, Clone)]
+enum Told {
+    Stimuli(Vec<StimulusFiles>),
+    Seen(Box<Seen>),
+}
+
+/// How a session stands.
+#[derive(Debug, Clone)]
+struct Seen {
+    screen: Screen,
+    health: Health,
+}
+
+/// Timing since the session began, and whether somebody looks.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Health {
+    frames: u64,
+    missed: u64,
+    unrendered: u64,
+    longest_gap_ms: f64,
+    nominal_hz: f64,
+    is_unseen: bool,
+    is_unfocused: bool,
+    last_ns: Option<u64>,
+}
+
+impl Health {
+    fn hear(&mut self, event: &Event) {
+        match *event {
+            Event::Frame { at_ns, rendered } => {
+                self.frames += 1;
+                self.unrendered += u64::from(!rendered);
+                if let Some(last) = self.last_ns.replace(at_ns) {
+                    let gap_ms = at_ns.saturating_sub(last) as f64 / 1e6;
+                    self.longest_gap_ms = self.longest_gap_ms.max(gap_ms);
+                    self.missed += ((gap_ms * self.nominal_hz / 1e3).round() as u64).saturating_sub(1);
+                }
+            }
+            Event::Frames { count, last_ns, .. } => {
+                self.frames += count;
+                self.last_ns = Some(last_ns);
+            }
+            Event::Focus(has) => self.is_unfocused = !has,
+            Event::Visible(is) => self.is_unseen = !is,
+            Event::RefreshRate(_) | Event::Input(_) => {}
+        }
+    }
+}
+
+/// How often the window hears of the session.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// A display with the operator's window beside it.
+pub struct Mirrored<D> {
+    display: D,
+    seen: Seen,
+    told: Instant,
+    clock: Option<(Instant, u64)>,
+    /// None once the operator has closed the window.
+    window: Option<(Sender<Told>, Receiver<Input>)>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<D: Display> Mirrored<D> {
+    /// Opens the window; without one the session goes on, which is said.
+    pub fn new(display: D, content: &Content) -> Mirrored<D> {
+        let (tell, told) = channel();
+        let (does, inputs) = channel();
+        // Stereograms are large and nothing to look at.
+        let content = Content { dots: Vec::new(), ..content.clone() };
+        let thread = std::thread::Builder::new().name("operator".to_owned()).spawn(move || {
+            if let Err(error) = window::run(&content, &told, &does) {
+                tracing::warn!("the operator's window: {error}");
+            }
+        });
+        let health = Health { nominal_hz: display.info().nominal_hz, ..Health::default() };
+        Mirrored {
+            display,
+            seen: Seen { screen: Screen::Blank, health },
+            told: Instant::now(),
+            clock: None,
+            window: Some((tell, inputs)),
+            thread: thread.ok(),
+        }
+    }
+
+    /// The display beside which it stands.
+    pub fn display(&self) -> &D {
+        &self.display
+    }
+
+    fn tell(&mut self, what: Told) {
+        if self.window.as_ref().is_some_and(|(tell, _)| tell.send(what).is_err()) {
+            self.window = None;
+        }
+    }
+}
+
+impl<D: Display> Display for Mirrored<D> {
+    fn info(&self) -> &DisplayInfo {
+        self.display.info()
+    }
+
+    fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
+        self.tell(Told::Stimuli(stimuli.to_vec()));
+        self.display.load(stimuli)
+    }
+
+    fn wait(&mut self, idle_frames: u64) -> Result<Timed, DisplayError> {
+        if let (Some((_, inputs)), Some((at, ns))) = (&self.window, self.clock)
+            && let Ok(input) = inputs.try_recv()
+        {
+            let now_ns = ns + at.elapsed().as_nanos() as u64;
+            return Ok(Timed { now_ns, event: Event::Input(input) });
+        }
+        let timed = self.display.wait(idle_frames)?;
+        self.clock = Some((Instant::now(), timed.now_ns));
+        self.seen.health.hear(&timed.event);
+        Ok(timed)
+    }
+
+    fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
+        self.display.present(screen)?;
+        if *screen != self.seen.screen || self.told.elapsed() > EVERY {
+            self.seen.screen = screen.clone();
+            self.told = Instant::now();
+            self.tell(Told::Seen(Box::new(self.seen.clone())));
+        }
+        Ok(())
+    }
+
+    fn take_poses(&mut self) -> Vec<HeadPose> {
+        self.display.take_poses()
+    }
+}
+
+impl<D> Drop for Mirrored<D> {
+    fn drop(&mut self) {
+        // The thread sees that nobody tells it anything any more.
+        self.window = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The operator's window beside a display that keeps real time: it mirrors, and its keys work.
+#![cfg(feature = "gpu")]
+
+mod desk;
+mod lab;
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use cyclopean::display::headless::Headless;
+use cyclopean::display::operator::Mirrored;
+use cyclopean::display::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
+use cyclopean::study::content::content;
+use cyclopean::study::observer::Observer;
+use cyclopean::study::prepare::{self, Shard};
+use cyclopean::study::protocol::{Event, Input, Page, Screen};
+use cyclopean::study::session::{Options, Session};
+use cyclopean_analysis::journal::record::{Kind, Record};
+use desk::{Desk, EyePainter, entries, until};
+use lab::{Lab, rate};
+
+/// A headless display that takes the time it says it takes.
+struct Slow(Headless);
+
+impl Display for Slow {
+    fn info(&self) -> &DisplayInfo {
+        self.0.info()
+    }
+
+    fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
+        self.0.load(stimuli)
+    }
+
+    fn wait(&mut self, _: u64) -> Result<Timed, DisplayError> {
+        let timed = self.0.wait(1)?;
+        if matches!(timed.event, Event::Frame { .. }) {
+            std::thread::sleep(Duration::from_millis(33));
+        }
+        Ok(timed)
+    }
+
+    fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
+        self.0.present(screen)
+    }
+}
+
+/// Turns pages, and rates nothing by itself.
+struct Patient;
+
+impl Observer for Patient {
+    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
+        match screen {
+            Screen::Page(Page::Paused) => Vec::new(),
+            Screen::Page(_) => vec![(100_000_000, Input::Continue)],
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn study() -> serde_json::Value {
+    let mut study = rate(&["pica"], 1);
+    study["protocol"][0]["seconds"] = 6.0.into();
+    study
+}
+
+/// Run by the test below, with the desk's DISPLAY.
+#[test]
+#[ignore = "part of the test below"]
+fn the_session() {
+    let Ok(folder) = std::env::var("OPERATOR_TEST_FOLDER") else { return };
+    let folder = std::path::Path::new(&folder);
+    let study = cyclopean::study::validate::load(&folder.join("study.json")).unwrap();
+    let store = cyclopean::study::store::Store::new(folder.join("store"));
+    let info = Headless::information(30.0);
+    let options = Options::new(Kind::Pilot);
+    let session = Session::begin(&study, &store, &folder.join("sessions"), "p1", &info, &options).unwrap();
+    let words = content(&study, session.plan(), session.setup(), Kind::Pilot).unwrap();
+    let headless = Headless::new(30.0, session.start_ns(), Box::new(Patient)).stepping();
+    let mut display = Mirrored::new(Slow(headless), &words);
+    let ended = session.run(&mut display).unwrap();
+    assert_eq!(ended.outcome, None);
+}
+
+#[test]
+fn the_operator_sees_the_session_pauses_repeats_skips_and_notes() {
+    let Some(desk) = Desk::new("operator") else { return };
+    let lab = Lab { dir: tempfile::tempdir().unwrap() };
+    std::fs::write(lab.study(), serde_json::to_string(&study()).unwrap()).unwrap();
+    prepare::prepare(&lab.load().definition, &lab.store(), &mut EyePainter, Shard::WHOLE, &mut |_, _| Ok(())).unwrap();
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", "the_session", "--ignored", "--nocapture"]);
+    command.env("OPERATOR_TEST_FOLDER", lab.dir.path()).stdin(Stdio::null());
+    let child = desk.on(&mut command);
+    let window = desk.window();
+    let journal = lab.journal("p1", "001");
+    let count = |is: &dyn Fn(&Record) -> bool| entries(&journal).iter().filter(|e| is(&e.record)).count();
+    until("a stimulus stands", || count(&|r| matches!(r, Record::Begin(_))) == 1);
+    std::thread::sleep(Duration::from_millis(2500));
+    desk.picture("stimulus");
+
+    desk.window_does("windowfocus", &window, &[]);
+    for key in ["n", "c", "o", "u", "g", "h", "e", "d", "space", "p"] {
+        desk.key(key);
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    desk.picture("note");
+    desk.key("Return");
+    until("the note is kept", || count(&|r| matches!(r, Record::Note(n) if n.text == "coughed p")) == 1);
+    desk.key("r");
+    until("it is repeated", || count(&|r| matches!(r, Record::Interrupted(i) if i.reason == "repeat")) == 1);
+    desk.key("p");
+    until("it stands still", || count(&|r| matches!(r, Record::Pause(p) if p.reason == "operator")) == 1);
+    std::thread::sleep(Duration::from_millis(500));
+    desk.picture("paused");
+    desk.key("c");
+    until("it goes on", || count(&|r| matches!(r, Record::Continue(_))) == 1);
+    desk.key("s");
+    until("it is passed over", || count(&|r| matches!(r, Record::Skip(_))) == 1);
+    desk.key("q");
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert!(!said.contains("vulkan validation"), "{said}");
+    let pauses = count(&|r| matches!(r, Record::Pause(_)));
+    assert_eq!(pauses, 1, "what was typed into the note was no command");
+}
