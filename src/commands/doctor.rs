@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::display::desktop::monitors;
+use crate::display::openxr::Runtime;
 use crate::gpu::{Gpu, list_devices};
 
 use super::device;
@@ -108,18 +109,16 @@ fn validation() -> Finding {
 }
 
 fn openxr() -> Finding {
-    let runtime = std::env::var_os("XR_RUNTIME_JSON").map(std::path::PathBuf::from).or_else(|| {
-        let places = ["/etc/xdg/openxr/1/active_runtime.json", "/usr/share/openxr/1/active_runtime.json"];
-        places.iter().map(std::path::PathBuf::from).find(|p| p.is_file())
-    });
-    Finding {
-        what: "OpenXR runtime",
-        ok: runtime.as_ref().is_some_and(|p| p.is_file()),
-        needed: false,
-        found: runtime.map_or("none is set; only headsets need it".to_owned(), |p| p.display().to_string()),
-        mend: Some("start your headset's software and make it the active OpenXR runtime, or set XR_RUNTIME_JSON"),
-    }
+    let (ok, found, mend) = match Runtime::open() {
+        Ok(runtime) => (true, format!("{} through {}", runtime.headset, runtime.name), MEND_HEADSET),
+        Err(error) if error.what.contains("no OpenXR loader") => (false, error.what, MEND_LOADER),
+        Err(error) => (false, error.what, MEND_HEADSET),
+    };
+    Finding { what: "headset (OpenXR)", ok, needed: false, found, mend: Some(mend) }
 }
+
+const MEND_LOADER: &str = "apt-get install libopenxr-loader1 (Windows: your headset's software brings it)";
+const MEND_HEADSET: &str = "start your headset's software and make it the active OpenXR runtime, or set XR_RUNTIME_JSON; then connect the headset";
 
 fn display() -> Finding {
     let (ok, found) = match monitors() {

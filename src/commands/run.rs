@@ -17,6 +17,7 @@ use crate::display::{
     Display,
     desktop::{Desktop, DesktopOptions},
     openxr::{self, OpenXr},
+    operator::Mirrored,
 };
 #[cfg(feature = "gpu")]
 use crate::study::content::content;
@@ -129,11 +130,12 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             let mut display = OpenXr::open()?;
             let session = begin(display.info())?;
             let content = content(&study, session.plan(), session.setup(), kind)?;
-            display.begin(content, session.setup(), session.start_ns());
+            display.begin(content.clone(), session.setup(), session.start_ns());
             console.note(openxr::KEYS);
+            let mut display = Mirrored::new(display, &content);
             let ended = session.run(&mut display);
-            console.note(display.pace().sentence());
-            display.gpu().check_validation()?;
+            console.note(display.display().pace().sentence());
+            display.display().gpu().check_validation()?;
             ended?
         }
         #[cfg(not(feature = "gpu"))]

@@ -59,7 +59,9 @@ impl RayScene {
                 let (structure, triangles) = ray_structure::build(gpu, &triangles)?;
                 (Way::RayQuery(Box::new(structure)), triangles)
             }
-            Trace::Auto if gpu.has_ray_query() => return Self::new(gpu, scene, ranges, head, Trace::RayQuery),
+            Trace::Auto if takes_ray_query(gpu, trace) => {
+                return Self::new(gpu, scene, ranges, head, Trace::RayQuery);
+            }
             Trace::Auto | Trace::Bvh => {
                 let (nodes, order) = build(&triangles);
                 let nodes = upload_rows(gpu, "BVH nodes", &nodes)?;
@@ -81,6 +83,15 @@ impl RayScene {
     }
 }
 
+/// A software device answers ray queries too (Mesa 25), two to three times as slowly as it walks our own tree.
+fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
+    match trace {
+        Trace::Auto => gpu.has_ray_query() && !gpu.is_cpu(),
+        Trace::Bvh => false,
+        Trace::RayQuery => true,
+    }
+}
+
 impl RayScene {
     /// `bvh` or `ray-query`.
     pub fn way_name(&self) -> &'static str {
@@ -92,8 +103,7 @@ impl RayScene {
 
     /// Whether it is what `trace` asks for on this device.
     pub fn answers(&self, gpu: &Gpu, trace: Trace) -> bool {
-        let ray_query = trace == Trace::RayQuery || trace == Trace::Auto && gpu.has_ray_query();
-        ray_query == matches!(self.way, Way::RayQuery(_))
+        takes_ray_query(gpu, trace) == matches!(self.way, Way::RayQuery(_))
     }
 
     /// A shader in the variant that asks what is bound.

@@ -1,6 +1,7 @@
 //! `cyclopean display`: whether a display keeps time, and gives each eye its own picture.
 
 mod desktop;
+mod openxr;
 
 use clap::{Subcommand, ValueEnum};
 use serde::Serialize;
@@ -42,6 +43,7 @@ struct TestArgs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DisplayKind {
     Desktop,
+    Openxr,
 }
 
 /// What a test found.
@@ -68,6 +70,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             let options = crate::display::desktop::DesktopOptions { hz: args.hz, ..args.desk.options() };
             desktop::test(options, args.seconds, args.unattended)?
         }
+        DisplayKind::Openxr => openxr::test(args.seconds, args.unattended, console)?,
     };
     console.object(&found)?;
     console.line(format!("{}, timed by {}", found.display, found.timing));
@@ -85,7 +88,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             Ok(())
         }
         Some(false) => {
-            anyhow::bail!("the eyes are exchanged: turn the glasses or the cable round, or use another --mode")
+            anyhow::bail!(
+                "the eyes are exchanged: turn the glasses or the cable round, or use another --mode; a headset's software may have them crossed"
+            )
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod desktop;
 mod fly;
+mod openxr;
 
 use std::sync::Arc;
 
@@ -41,9 +42,11 @@ pub struct Args {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DisplayKind {
     Desktop,
+    Openxr,
 }
 
-const KEYS: &str = "Keys: W A S D and E Q move, Shift is faster, the mouse turns while its button is down, arrows turn; \
+const KEYS: &str = "In a headset: the stick switches the method, pressed it centres the view, menu or B ends; or, typed with \
+                    Enter: 1 to 9, c, r, q.\n\nAt a desk: W A S D and E Q move, Shift is faster, the mouse turns while its button is down, arrows turn; \
                     1 to 9 and Tab switch the method, V the view, R returns to it, H hides the words, Esc ends.";
 
 /// See [`Args`].
@@ -54,10 +57,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let method = Method::parse(&args.method).map_err(|e| WrongUsage(e.to_string()))?;
     let scene = Arc::new(scene::load(&args.scene)?);
     let view = device::view(&scene, args.view.as_deref())?.clone();
+    let asked = desktop::Asked { scene, view, method, size: args.size, frames: args.frames };
     match args.display {
-        DisplayKind::Desktop => {
-            let asked = desktop::Asked { scene, view, method, size: args.size, frames: args.frames };
-            desktop::run(asked, args.desk.options(), console)
-        }
+        DisplayKind::Desktop => desktop::run(asked, args.desk.options(), console),
+        DisplayKind::Openxr => openxr::run(&asked, console),
     }
 }

@@ -10,6 +10,7 @@
 
 mod actions;
 mod answer;
+mod bare;
 mod board;
 mod clock;
 mod headset;
@@ -46,6 +47,7 @@ use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
 use crate::gpu::Gpu;
 use crate::study::protocol::{Event, Input, Screen, Setup};
 
+pub use bare::{Acts, Bare, BareFrame, EyeInRoom};
 pub use operator::KEYS;
 pub use pace::Pace;
 pub use runtime::Runtime;

@@ -7,11 +7,13 @@ pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
     use std::os::fd::{AsRawFd as _, FromRawFd as _, OwnedFd};
 
     let Some(mut kept) = unnamed_file() else { return asks() };
-    // SAFETY: standard error is open for the life of the program; the copy belongs to us alone.
-    let before = match unsafe { libc::dup(libc::STDERR_FILENO) } {
-        copy if copy >= 0 => unsafe { OwnedFd::from_raw_fd(copy) },
-        _ => return asks(),
-    };
+    // SAFETY: duplicating a descriptor touches no memory; one that is not open gives -1.
+    let copy = unsafe { libc::dup(libc::STDERR_FILENO) };
+    if copy < 0 {
+        return asks();
+    }
+    // SAFETY: the copy was just made and belongs to us alone.
+    let before = unsafe { OwnedFd::from_raw_fd(copy) };
     // SAFETY: both descriptors are open.
     unsafe { libc::dup2(kept.as_raw_fd(), libc::STDERR_FILENO) };
     let answer = asks();

@@ -104,6 +104,11 @@ impl Texture {
         self.swapchain.release_image().said("xrReleaseSwapchainImage")
     }
 
+    /// Pixels.
+    pub fn extent(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// The whole of one layer.
     pub fn layer(&self, layer: u32) -> xr::SwapchainSubImage<'_, xr::Vulkan> {
         let extent = xr::Extent2Di { width: self.width as i32, height: self.height as i32 };

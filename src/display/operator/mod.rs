@@ -100,6 +100,11 @@ impl<D: Display> Mirrored<D> {
         }
     }
 
+    /// The display beside which it stands.
+    pub fn display(&self) -> &D {
+        &self.display
+    }
+
     fn tell(&mut self, what: Told) {
         if self.window.as_ref().is_some_and(|(tell, _)| tell.send(what).is_err()) {
             self.window = None;
