@@ -149,7 +149,7 @@ fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, 
 }
 
 #[test]
-fn a_rating_study_with_questionnaires_and_screening() {
+fn a_rating_study_with_consent_questions_and_head_poses() {
     if !xr::is_there() {
         return;
     }
