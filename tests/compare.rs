@@ -85,7 +85,11 @@ fn what_cannot_be_compared_is_said() {
         (vec!["compare", "a.exr", "room"], 2, "two pictures are compared"),
         (vec!["compare", "a.exr", "a.exr", "a.exr"], 2, "two pictures are compared"),
         (vec!["compare", "a.exr", "small.exr"], 2, "a.exr has 24×16 pixels an eye and small.exr has 12×16"),
-        (vec!["compare", "a.exr", "a.exr", "--pixels-per-degree", "0"], 2, "--pixels-per-degree 0 is not within 1 to 1000"),
+        (
+            vec!["compare", "a.exr", "a.exr", "--pixels-per-degree", "0"],
+            2,
+            "--pixels-per-degree 0 is not within 1 to 1000",
+        ),
         (vec!["compare", "a.exr", "a.exr", "--exposure", "nan"], 2, "--exposure NaN is not above 0"),
         (vec!["compare", "a.exr", "broken.exr"], 1, "broken.exr"),
         (vec!["compare", "a.exr", "missing.exr"], 1, "missing.exr"),
