@@ -176,7 +176,8 @@ fn ray_queries_and_the_bvh_make_one_picture() {
 
     let folder = tempfile::tempdir().expect("a temporary folder");
     let to = folder.path().display().to_string();
-    let render = ["render", "room", "-m", "path-traced@1", "--size", "32x18", "--json", "-o", &to];
+    let render =
+        ["render", "room", "-m", "path-traced@1", "--size", "32x18", "--trace", "ray-query", "--json", "-o", &to];
     let done = run_inside(Path::new(env!("CARGO_BIN_EXE_cyclopean")), &render);
     assert!(done.status.success(), "{}", text(&done.stderr));
     let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");

@@ -322,7 +322,8 @@ fn create_device(
     let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true);
+    // Not the structure of all of Vulkan 1.2: an OpenXR runtime may add another part of it, and both may not be there.
+    let mut addresses = vk::PhysicalDeviceBufferDeviceAddressFeatures::default().buffer_device_address(true);
     let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
     let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
     let extensions = EXTENSIONS.map(CStr::as_ptr);
@@ -331,7 +332,7 @@ fn create_device(
     if ray_query {
         info = info
             .enabled_extension_names(&extensions)
-            .push_next(&mut v12)
+            .push_next(&mut addresses)
             .push_next(&mut structures)
             .push_next(&mut queries);
     }
