@@ -194,6 +194,36 @@ mod scenes {
         assert!(metrics.iter().any(|m| m.scene == "room" && m.method == "stereo"));
     }
 
+    /// The pixels of a block of a row: the whole view of the left eye.
+    fn left_view(sheet: &image::RgbImage, row: u32) -> Vec<u8> {
+        // As `src/compare/sheet/layout.rs`: rows of 462 pixels below a head of 152, pictures 192 high below 46 of text.
+        let view = image::imageops::crop_imm(sheet, 40, 152 + row * 462 + 46, 341, 192);
+        view.to_image().into_raw()
+    }
+
+    #[test]
+    fn a_sheet_has_a_row_a_method_and_the_same_bytes_every_time() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let run = |out: &str, methods: &str| {
+            let more = ["--spp", "1", "--sheets", "--methods", methods, "-o", out];
+            let done = compare(folder.path(), &["room"], &more);
+            assert!(done.status.success(), "{}", stderr(&done));
+            std::fs::read(folder.path().join(out).join("room_steps.png")).expect("a sheet")
+        };
+        let png = run("a", "sssr,stereo-no-fade,stereo");
+        assert!(png == run("b", "sssr,stereo-no-fade,stereo"), "a sheet repeats");
+        let sheet = image::load_from_memory(&png).expect("a PNG").to_rgb8();
+        // Four rows; the whole view and three parts beside each other.
+        assert_eq!(sheet.dimensions(), (2 * 40 + 688 + 3 * (34 + 390), 152 + 4 * 462 + 40 - 26));
+        let views: Vec<Vec<u8>> = (0..4).map(|row| left_view(&sheet, row)).collect();
+        for a in 0..4 {
+            assert!((0..a).all(|b| views[a] != views[b]), "row {a} shows what another one does");
+        }
+        // Alone, a method is set beside the reference.
+        let alone = image::load_from_memory(&run("c", "sssr")).expect("a PNG").to_rgb8();
+        assert_eq!(alone.dimensions(), (sheet.width(), 152 + 2 * 462 + 40 - 26));
+    }
+
     #[test]
     fn a_reference_is_kept_verified_and_made_again_when_damaged() {
         let folder = tempfile::tempdir().expect("a temporary folder");

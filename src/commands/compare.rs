@@ -71,6 +71,9 @@ struct SceneArgs {
     /// Folder for the files; made when missing.
     #[arg(long, short, default_value = "out")]
     out: PathBuf,
+    /// Writes SCENE_steps.png as well: every method's picture, where the methods differ most, and what the eyes disagree on.
+    #[arg(long)]
+    sheets: bool,
     /// Part of the device's name; the best device by default.
     #[arg(long)]
     device: Option<String>,
@@ -146,6 +149,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         pixels_per_degree: args.pixels_per_degree,
         cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
         out: of.out.clone(),
+        sheets: of.sheets,
     };
     let report = compare::compare(&gpu, scenes, &options, console)?;
     console.line(compare::markdown(&report));

@@ -10,6 +10,7 @@ mod ratios;
 mod reference;
 mod report;
 mod run;
+mod sheet;
 mod tables;
 mod times;
 
@@ -20,7 +21,7 @@ use cyclopean_analysis::files::{self, WriteError};
 
 use crate::console::{Console, Interrupted};
 use crate::gpu::{Gpu, GpuError};
-use crate::picture::PictureError;
+use crate::picture::{self, PictureError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
 
@@ -59,8 +60,9 @@ impl CompareError {
     }
 }
 
-/// Compares on each scene, writing `compare.json`, `compare.md` and the scene's plots into `options.out` after each:
-/// what is done stays, whatever happens to the next. A scene that fails is in the report's `failed`.
+/// Compares on each scene, writing `compare.json`, `compare.md`, the scene's plots and, if asked for, its sheets into
+/// `options.out` after each: what is done stays, whatever happens to the next. A scene that fails is in the report's
+/// `failed`.
 ///
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
@@ -71,12 +73,20 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
     }
     let mut report = Report::new(gpu.info().clone(), options);
     for name in scenes {
-        match run::scene(gpu, name, options, console) {
-            Ok(done) => {
+        let done = run::scene(gpu, name, options, console).and_then(|done| {
+            let sheets = if options.sheets { sheet::sheets(gpu, name, options, console)? } else { Vec::new() };
+            Ok((done, sheets))
+        });
+        match done {
+            Ok((done, sheets)) => {
                 let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
                 for (fallback, svg) in plot::plots(&done) {
                     let file = format!("{}.svg", stem(&done, &fallback, before));
                     files::write_bytes(&options.out.join(file), svg.as_bytes())?;
+                }
+                for (fallback, sheet) in sheets {
+                    let path = options.out.join(format!("{}_steps.png", stem(&done, &fallback, before)));
+                    picture::write_png(&path, sheet.width, sheet.height, &sheet.rgb)?;
                 }
                 report.scenes.push(done);
             }

@@ -26,6 +26,8 @@ pub struct Options {
     /// Where references are kept.
     pub cache: PathBuf,
     pub out: PathBuf,
+    /// Pictures and enlarged crops of every method as well.
+    pub sheets: bool,
 }
 
 /// What unknown rays see.

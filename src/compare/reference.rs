@@ -63,6 +63,20 @@ impl Reference {
         self.rays.eyes[eye].iter().map(|t| t[0] > 0.0).collect()
     }
 
+    /// The pixels of both eyes that show the same reflection by geometry alone, whatever the reference's noise says of
+    /// them; `prepared` has drawn a frame of this view. Left and right index, row-major.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn geometric_pairs(&self, prepared: &Prepared) -> Result<Vec<[usize; 2]>, CompareError> {
+        let mut geometry = prepared.geometry()?;
+        for (eye, rays) in geometry.eyes.iter_mut().zip(&self.rays.eyes) {
+            eye.inverse_hit_distance = rays.iter().map(|t| t[1]).collect();
+        }
+        let size = (self.linear.width as usize, self.linear.height as usize);
+        Ok(surfaces_of(prepared, &geometry, size).pairs().collect())
+    }
+
     /// The stored one, or a new one that is then stored.
     ///
     /// # Errors
@@ -179,15 +193,15 @@ impl Reference {
 }
 
 fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture, error: &StereoPicture) -> Pairs {
-    let surfaces = Surfaces {
-        camera: prepared.camera(),
-        width: linear.width as usize,
-        height: linear.height as usize,
-        delta_roughness: prepared.settings().delta_roughness,
-        eyes: [0, 1].map(|eye| surfaces(&geometry.eyes[eye])),
-    };
+    let surfaces = surfaces_of(prepared, geometry, (linear.width as usize, linear.height as usize));
     let reference = pairs::Reference { linear: linear.eyes(), error: error.eyes() };
     Pairs::choose(&surfaces, &reference)
+}
+
+fn surfaces_of<'a>(prepared: &'a Prepared, geometry: &'a Geometry, (width, height): (usize, usize)) -> Surfaces<'a> {
+    let delta_roughness = prepared.settings().delta_roughness;
+    let eyes = [0, 1].map(|eye| surfaces(&geometry.eyes[eye]));
+    Surfaces { camera: prepared.camera(), width, height, delta_roughness, eyes }
 }
 
 fn surfaces(eye: &EyeGeometry) -> EyeSurfaces<'_> {

@@ -84,7 +84,8 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     })
 }
 
-fn view<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a View, CompareError> {
+/// The scene's view of this name; its first by default.
+pub(super) fn view<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a View, CompareError> {
     let found = match name {
         None => scene.views.first(),
         Some(name) => scene.views.iter().find(|v| v.name == name),
@@ -255,7 +256,7 @@ impl<'a> Run<'a> {
 }
 
 /// As `--fallback` says it.
-fn fallback_name(fallback: Fallback) -> &'static str {
+pub(super) fn fallback_name(fallback: Fallback) -> &'static str {
     match fallback {
         Fallback::Black => "black",
         Fallback::Probe => "probe",

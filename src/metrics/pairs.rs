@@ -85,8 +85,7 @@ impl Pairs {
             epsilon: (0.01 * mean.unwrap_or(0.0)).max(f64::MIN_POSITIVE),
             pairs: Vec::new(),
         };
-        for left in 0..surfaces.width * surfaces.height {
-            let Some(right) = surfaces.partner(left) else { continue };
+        for [left, right] in surfaces.pairs() {
             chosen.candidates += 1;
             let at = [left, right];
             let seen = [0, 1].map(|eye| luminance(reference.linear[eye][at[eye]]));
@@ -121,6 +120,11 @@ struct Pixel {
 }
 
 impl Surfaces<'_> {
+    /// Every pixel of the left eye that has a partner in the right one, by geometry alone; indices, row-major.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        (0..self.width * self.height).filter_map(|left| Some([left, self.partner(left)?]))
+    }
+
     /// The right eye's pixel that shows what the left eye's does.
     fn partner(&self, left: usize) -> Option<usize> {
         let p = self.pixel(Eye::Left, left)?;

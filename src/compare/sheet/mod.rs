@@ -1,0 +1,153 @@
+//! Sheets: what every method shows, where the methods differ most, and what the eyes disagree on (paper §5, Figs.
+//! 10 to 14). One frame of each, beside the reference.
+
+mod canvas;
+mod heat;
+mod layout;
+mod regions;
+mod seen;
+mod text;
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::CompareError;
+use super::plan::{Configuration, Options};
+use super::reference::Reference;
+use super::run::{fallback_name, view};
+use crate::console::{Console, check_interrupted};
+use crate::gpu::Gpu;
+use crate::render::{Method, Renderer, Settings};
+use crate::scene;
+
+pub use canvas::Canvas;
+use canvas::Rect;
+use seen::{Frame, Scores, Seen, Truth};
+
+/// Of the frame that is shown: the first round's.
+const SEED: u32 = 1;
+
+/// All that a sheet shows.
+struct Sheet {
+    title: String,
+    /// How it was made.
+    about: String,
+    /// Pixels of one eye.
+    size: (usize, usize),
+    parts: Vec<Part>,
+    rows: Vec<Row>,
+}
+
+/// An enlarged part.
+struct Part {
+    /// The two methods that differ most there.
+    step: String,
+    /// Of the left and of the right eye.
+    rects: [Rect; 2],
+}
+
+/// A method, or the reference.
+struct Row {
+    name: String,
+    about: String,
+    seen: Seen,
+    whole: Scores,
+    /// In the order of the parts.
+    parts: Vec<Scores>,
+    /// It is its own measure: no error is shown.
+    is_reference: bool,
+}
+
+/// A sheet for each fallback, with its name.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn sheets(
+    gpu: &Rc<Gpu>,
+    name: &str,
+    options: &Options,
+    console: &Console,
+) -> Result<Vec<(String, Canvas)>, CompareError> {
+    let scene = Arc::new(scene::load(name)?);
+    let view = view(&scene, options.view.as_deref())?;
+    let camera = view.stereo_camera(options.settings.aspect());
+    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
+    let mut shown: Vec<(Configuration, _)> = Vec::new();
+    let mut pairs = Vec::new();
+    for configuration in options.configurations(&scene) {
+        let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
+        let mut prepared = renderer.prepare(&camera, &configuration.method, &settings)?;
+        prepared.set_seed(SEED, 0);
+        prepared.frame(&mut |_, _| check_interrupted())?;
+        if pairs.is_empty() {
+            pairs = reference.geometric_pairs(&prepared)?;
+        }
+        let frame = Frame { composite: prepared.linear()?, reflection: prepared.reflection()? };
+        shown.push((configuration, frame));
+    }
+    gpu.check_validation()?;
+
+    let traced = [0, 1].map(|eye| reference.mask(eye));
+    let pictures = (&reference.linear, &reference.reflection);
+    let truth = Truth::new(pictures, traced, scene.exposure, &pairs, reference.pairs.epsilon);
+    let (mut sheets, mut rest) = (Vec::new(), shown.into_iter().peekable());
+    while let Some(fallback) = rest.peek().map(|(c, _)| c.fallback) {
+        let mut methods = Vec::new();
+        while let Some((configuration, frame)) = rest.next_if(|(c, _)| c.fallback == fallback) {
+            methods.push((configuration.method, truth.see(frame)));
+        }
+        let about = format!(
+            "view {}  ·  {} × {} pixels an eye  ·  one frame, seed {SEED}  ·  unknown rays see {}  ·  reference: {} paths \
+             a pixel",
+            view.name,
+            truth.width,
+            truth.height,
+            fallback_name(fallback),
+            options.reference.samples(),
+        );
+        let frame = Frame { composite: reference.linear.clone(), reflection: reference.reflection.clone() };
+        let last = (options.reference.clone(), truth.see(frame));
+        let sheet = sheet(&truth, (scene.name.clone(), about), methods, last);
+        sheets.push((fallback_name(fallback).to_owned(), layout::draw(&sheet)));
+    }
+    Ok(sheets)
+}
+
+/// Parts and scores; each method's step is the one to the last method, or to the reference where it is alone.
+fn sheet(
+    truth: &Truth<'_>,
+    (title, about): (String, String),
+    mut rows: Vec<(Method, Seen)>,
+    reference: (Method, Seen),
+) -> Sheet {
+    let methods = rows.len();
+    rows.push(reference);
+    let last = (methods - 1).max(1);
+    let steps: Vec<Vec<f32>> = rows[..last].iter().map(|(_, seen)| seen.change_to(&rows[last].1)).collect();
+    let side = regions::side(truth.width, truth.height);
+    let found = side.map_or(Vec::new(), |side| regions::choose(&steps, truth.width, truth.height, side));
+    let part = |region: &regions::Region| Part {
+        step: format!("{} against {}", rows[region.step].0, rows[last].0),
+        rects: [region.rect, truth.counterpart(region.rect, regions::margin(region.rect.width))],
+    };
+    let parts: Vec<Part> = found.iter().map(part).collect();
+    let whole = Rect { x: 0, y: 0, width: truth.width, height: truth.height };
+    let row = |(i, (method, seen)): (usize, (Method, Seen))| Row {
+        name: method.to_string(),
+        about: about_of(&method),
+        whole: truth.scores(&seen, [whole; 2]),
+        parts: parts.iter().map(|p| truth.scores(&seen, p.rects)).collect(),
+        seen,
+        is_reference: i == methods,
+    };
+    let rows = rows.into_iter().enumerate().map(row).collect();
+    Sheet { title, about, size: (truth.width, truth.height), parts, rows }
+}
+
+fn about_of(method: &Method) -> String {
+    let name = super::plan::base_name(method);
+    let about = Method::described().find(|(n, _)| *n == name).map_or("", |(_, about)| about);
+    let rays = if method.samples() == 1 { "1 ray".to_owned() } else { format!("{} rays", method.samples()) };
+    format!("{about}; {rays} a pixel")
+}
