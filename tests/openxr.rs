@@ -487,17 +487,22 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     let choice = |_: u32, _: u32| 2;
     let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
     participant.until(|r| matches!(r, Record::Presentation(_)).then_some(()));
-    std::thread::sleep(Duration::from_secs(3));
-    let panel = shown.window.keep("stereo-panel");
+    // The panel stands when its buttons, lighter than the ground, are there and two pictures in a row are the same.
+    let last = std::cell::RefCell::new(seen);
+    let buttons = |p: &image::RgbImage| p.pixels().filter(|p| p.0.iter().all(|c| *c > 150)).count() > 1000;
+    let panel = shown.window.until("stereo-panel", "the rating panel, standing still", |now| {
+        let before = last.replace(now.clone());
+        buttons(now) && xr::window::same_view(&before, now)
+    });
     // Whoever looks elsewhere and centres the view has the same picture again.
     shown.remote.set(|h| {
         h.head = [0.0, 0.3f32.sin(), 0.0, 0.3f32.cos(), 0.4, 1.5, 0.2];
     });
-    std::thread::sleep(Duration::from_millis(500));
+    shown.window.until("stereo-panel-elsewhere", "the view from elsewhere", |now| !xr::window::same_view(&panel, now));
     shown.run.operator("r");
-    std::thread::sleep(Duration::from_secs(1));
-    let again = shown.window.keep("stereo-panel-centred");
-    assert!(panel == again, "a centred view is the same view");
+    shown.window.until("stereo-panel-centred", "a centred view that is the same view as before", |now| {
+        xr::window::same_view(&panel, now)
+    });
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use image::RgbImage;
 
@@ -39,6 +40,35 @@ impl Window {
         picture.save(&path).expect("a PNG");
         picture
     }
+
+    /// Waits until the window shows what `wanted` accepts, kept for people to look at.
+    ///
+    /// # Panics
+    /// After half a minute, with `what` was waited for; the last picture is kept.
+    pub fn until(&self, name: &str, what: &str, wanted: impl Fn(&RgbImage) -> bool) -> RgbImage {
+        let limit = Instant::now() + Duration::from_secs(30);
+        loop {
+            let picture = self.picture();
+            if wanted(&picture) {
+                picture.save(kept(name)).expect("a PNG");
+                return picture;
+            }
+            if Instant::now() > limit {
+                self.keep(name);
+                panic!("waited for {what}; the last picture is {}", kept(name).display());
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+/// Whether two pictures of the window show the same. Both are computed anew by a driver that compiles for the processor
+/// it finds, from poses that agree to rounding: a texel on the edge of a glyph may round to its neighbour's value. At
+/// most one pixel in a thousand may differ, and none by more than 3 of 255; a shift by half a pixel fails both.
+pub fn same_view(a: &RgbImage, b: &RgbImage) -> bool {
+    let differences = || a.as_raw().iter().zip(b.as_raw()).map(|(x, y)| x.abs_diff(*y));
+    let differing = differences().filter(|d| *d > 0).count();
+    a.dimensions() == b.dimensions() && differing * 1000 <= a.as_raw().len() && differences().all(|d| d <= 3)
 }
 
 /// Where a picture of this name is kept.
