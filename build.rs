@@ -5,8 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Shaders that are compiled a second time with a word defined, as NAME_word.comp.
-const VARIANTS: &[(&str, &str)] =
-    &[("path_rays.comp", "RAY_QUERY"), ("path_trace.comp", "RAY_QUERY"), ("probe.comp", "RAY_QUERY")];
+const VARIANTS: &[(&str, &str)] = &[
+    ("path_rays.comp", "RAY_QUERY"),
+    ("path_trace.comp", "RAY_QUERY"),
+    ("probe.comp", "RAY_QUERY"),
+    ("trace_geometry.comp", "RAY_QUERY"),
+];
 
 fn main() {
     println!("cargo::rerun-if-changed=shaders");

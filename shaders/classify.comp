@@ -19,6 +19,7 @@ layout(binding = 4, std430) buffer Arguments { uint arguments[4]; };
 layout(binding = 5) uniform usampler2DArray instance_image;
 layout(binding = 6, rgba32ui) writeonly uniform uimage2DArray guide_image;
 
+#include "common/append.glsl"
 #include "common/camera.glsl"
 #include "common/guide.glsl"
 
@@ -41,12 +42,7 @@ void main() {
     }
     uint place = reflects ? atomicAdd(count, 1u) : 0u;
     barrier();
-    if (gl_LocalInvocationIndex == 0u && count > 0u) {
-        first = atomicAdd(arguments[3], count);
-        uint groups = (first + count + 63u) / 64u;
-        atomicMax(arguments[0], min(groups, ROW_OF_GROUPS));
-        atomicMax(arguments[1], (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS);
-    }
+    if (gl_LocalInvocationIndex == 0u && count > 0u) MAKE_ROOM(arguments, count, first)
     barrier();
     if (reflects) rays[first + place] = id.x | id.y << 14 | id.z << 28;
 }

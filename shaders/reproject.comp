@@ -11,6 +11,9 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint FILLING = 1u;
 layout(constant_id = 1) const uint BACK_CHECK = 1u;
 layout(constant_id = 2) const uint LOBE_TOLERANCE = 1u;
+// 1: the eyes are blended by squared bias and both variances (seed 003, equation 4: Philippi et al. 2023); 0: by fixed
+// weights, as the publication and the ratio estimator.
+layout(constant_id = 3) const uint BY_VARIANCE = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
@@ -29,6 +32,8 @@ layout(binding = 10) uniform sampler2D specular_map;
 layout(binding = 11) uniform sampler2D brdf_table;
 layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
+// x: variance of the known light's luminance.
+layout(binding = 14) uniform sampler2DArray moment_image;
 
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
@@ -43,11 +48,14 @@ struct Known {
     vec4 light;      // C·L, C
     float weight;    // Σ w
     float nearness;
+    float variance;  // of the luminance of L
 };
 
 Known load_known(ivec3 texel) {
     vec2 standing = texelFetch(standing_image, texel, 0).xy;
-    return Known(texelFetch(known_image, texel, 0), standing.x, standing.y);
+    float variance = 0.0;
+    if (BY_VARIANCE != 0u) variance = texelFetch(moment_image, texel, 0).x;
+    return Known(texelFetch(known_image, texel, 0), standing.x, standing.y, variance);
 }
 
 // From the surface to what it reflects, metres.
@@ -86,7 +94,7 @@ bool agrees(Pixel p, float aim, vec2 pixel, float tolerance, out Known q_known) 
 // lobe: half its width in disparity, pixels.
 bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float lobe) {
     uint other = 1u - uint(p.texel.z);
-    pair = Known(vec4(0.0), 0.0, 0.0);
+    pair = Known(vec4(0.0), 0.0, 0.0, 0.0);
     lobe = 0.0;
     float aim = 0.0;
     vec2 surface_pixel, image_pixel;
@@ -115,6 +123,18 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
            agrees(p, 0.0, surface_pixel, tolerance, pair);
 }
 
+// What a pixel takes of its pair's light, 0–1: β = σ_Y²/((E[X] − E[Y])² + σ_X² + σ_Y²), Y its own.
+// Both eyes sample one reflection, so the variance of a tap is theirs together: σ_X² and σ_Y² are shares of the sum of
+// both by the weight of the taps. Each eye's own variance follows its own brightness, and would prefer the darker eye.
+// The difference of two estimates holds both variances already: only what lies beyond two standard errors of it counts
+// as bias, so that eyes that differ by chance alone come to one mean.
+float share_by_variance(Known own, Known pair, float own_weight, float pair_weight) {
+    float difference = luminance(pair.light.rgb) / pair.light.a - luminance(own.light.rgb) / own.light.a;
+    float noise = own.variance + pair.variance;
+    float bias2 = max(square(difference) - 4.0 * noise, 0.0);
+    return pair_weight / (own_weight + pair_weight) * noise / max(bias2 + noise, 1e-20);
+}
+
 void main() {
     ivec3 texel;
     if (!listed_pixel(texel)) return;
@@ -136,7 +156,15 @@ void main() {
             pair_weight *= mix(1.0, pair.light.a, blind);
         }
         if (own.light.a > 0.0) pair_weight *= share;
-        light = (own_weight * own.light + pair_weight * pair.light) / max(own_weight + pair_weight, 1e-12);
+        if (BY_VARIANCE != 0u && own.light.a > 0.0 && own_weight + pair_weight > 0.0) {
+            // Who knows more has the say in how much is known; how bright it is follows from the variances.
+            float known = (own_weight * own.light.a + pair_weight * pair.light.a) / (own_weight + pair_weight);
+            vec3 mine = own.light.rgb / own.light.a, theirs = pair.light.rgb / pair.light.a;
+            float own_taps = own_weight * own.light.a, pair_taps = pair_weight * pair.light.a;
+            light = vec4(mix(mine, theirs, share_by_variance(own, pair, own_taps, pair_taps)) * known, known);
+        } else {
+            light = (own_weight * own.light + pair_weight * pair.light) / max(own_weight + pair_weight, 1e-12);
+        }
     }
     imageStore(reflection_image, texel, vec4(storable(outgoing(p, light.rgb, light.a)), light.a));
 }

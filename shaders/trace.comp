@@ -1,7 +1,8 @@
 #version 460
 // In: ray list, G-buffer, depth pyramid. Out: for each listed pixel how its reflection ray ended.
 // Stochastic screen-space reflections: Stachowiak 2015, the paper's §3. With OTHER_EYE the first stage of the paper's
-// §4.1: a ray stops where this eye sees no more of it, and is listed for the other eye (trace_other_eye.comp).
+// §4.1: a ray stops where this eye sees no more of it, and is listed for the other eye (trace_other_eye.comp). With
+// LOST_SHARE rays that the views lose are listed for the scene's geometry (trace_geometry.comp).
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -17,10 +18,15 @@ layout(binding = 6, rgba32ui) writeonly uniform uimage2DArray hit_image;
 // Rays for the other eye: as the ray list.
 layout(binding = 7, std430) writeonly buffer Retries { uint retries[]; };
 layout(binding = 8, std430) buffer RetryArguments { uint retry_arguments[4]; };
+// Rays for the geometry: likewise.
+layout(binding = 9, std430) writeonly buffer Lost { uint lost[]; };
+layout(binding = 10, std430) buffer LostArguments { uint lost_arguments[4]; };
 layout(push_constant) uniform Constants { uint sample_index; };
 
+#include "common/append.glsl"
 #include "common/ray_list.glsl"
 #include "common/screen_ray.glsl"
+#include "common/lost.glsl"
 
 layout(constant_id = 1) const uint OTHER_EYE = 0u;
 // 0: rays that come back towards the eye are unknown, as in the publication.
@@ -32,48 +38,72 @@ layout(constant_id = 3) const uint ONE_EYE = 0u;
 shared uint tally[TALLY_WORDS];
 shared uint retry_count;
 shared uint retry_first;
+shared uint lost_count;
+shared uint lost_first;
 
-// Whether the ray goes to the other eye.
-bool trace_listed(ivec3 texel) {
+// Where a ray goes on.
+const uint DONE = 0u;
+const uint TO_OTHER_EYE = 1u;
+const uint TO_GEOMETRY = 2u;
+
+// Stores what the views know of a ray, counted under `word`, unless the geometry is asked.
+uint answer(ivec3 texel, bool mirror, Hit hit, uint word) {
+    bool asks = false, skipped = false;
+    if (LOST_SHARE != 0u) asks = ask_geometry(texel, sample_index, mirror, hit, skipped);
+    imageStore(hit_image, texel, pack_hit(hit));
+    if (asks) return TO_GEOMETRY;
+    atomicAdd(tally[skipped ? TALLY_SKIPPED : word], 1u);
+    return DONE;
+}
+
+uint trace_listed(ivec3 texel) {
     uint eye = uint(texel.z);
-    if (ONE_EYE != 0u && eye == 1u) return false;
+    if (ONE_EYE != 0u && eye == 1u) return DONE;
     ScreenRay r = screen_ray(texel, sample_index);
     Hit hit = Hit(NOTHING, vec2(0.0), eye, r.ray.direction, 0.0, r.ray.pdf, 0.0);
     if (!r.ray.open) {
         atomicAdd(tally[TALLY_BELOW_HORIZON], 1u);
         hit.confidence = r.ray.above ? 1.0 : 0.0;
+        if (LOST_SHARE != 0u && !r.mirror) hit.confidence *= float(LOST_SHARE) * (1.0 / 255.0);
         imageStore(hit_image, texel, pack_hit(hit));
-        return false;
+        return DONE;
     }
     Segment segment = segment_of(r, eye, 0.0);
     if (CAMERA_RAYS == 0u && segment.w_end < segment.w_start) {
         hit.status = UNKNOWN;
-        imageStore(hit_image, texel, pack_hit(hit));
         atomicAdd(tally[TALLY_RAYS], 1u);
-        atomicAdd(tally[TALLY_LEFT_VIEW], 1u);
-        return false;
+        return answer(texel, r.mirror, hit, TALLY_LEFT_VIEW);
     }
     uint stop = STOP_NEVER;
     if (OTHER_EYE != 0u) stop = STOP_BEHIND;
     March m = march(segment, eye, frame.max_steps, true, stop);
     uint word = finish(r, segment, m, eye, m.behind, hit);
-    imageStore(hit_image, texel, pack_hit(hit));
     atomicAdd(tally[TALLY_RAYS], 1u);
     atomicAdd(tally[TALLY_STEPS], m.steps);
-    bool retry = OTHER_EYE != 0u && (m.result == MARCH_BEHIND || word == TALLY_LEFT_VIEW && segment.end == END_SIDE);
-    if (!retry) atomicAdd(tally[word], 1u);
-    return retry;
+    bool left = word == TALLY_LEFT_VIEW && segment.end == END_SIDE;
+    // Where a ray leaves this eye's view, few places lie within the other one's.
+    if (left && OTHER_EYE != 0u) left = segment_of(r, 1u - eye, stored_fraction(hit)).inside;
+    if (OTHER_EYE != 0u && (m.result == MARCH_BEHIND || left)) {
+        imageStore(hit_image, texel, pack_hit(hit));
+        return TO_OTHER_EYE;
+    }
+    return answer(texel, r.mirror, hit, word);
 }
 
 void main() {
     uint i = gl_LocalInvocationIndex;
     if (i < TALLY_WORDS) tally[i] = 0u;
-    if (i == 0u) retry_count = 0u;
+    if (i == 0u) {
+        retry_count = 0u;
+        lost_count = 0u;
+    }
     barrier();
     ivec3 texel;
-    bool retry = false;
-    if (listed_pixel(texel)) retry = trace_listed(texel);
-    uint place = retry ? atomicAdd(retry_count, 1u) : 0u;
+    uint next = DONE;
+    if (listed_pixel(texel)) next = trace_listed(texel);
+    uint place = 0u;
+    if (next == TO_OTHER_EYE) place = atomicAdd(retry_count, 1u);
+    if (next == TO_GEOMETRY) place = atomicAdd(lost_count, 1u);
     barrier();
     if (i == 0u) {
         atomicAdd(counters.rays, tally[TALLY_RAYS]);
@@ -85,13 +115,13 @@ void main() {
         atomicAdd(counters.budget, tally[TALLY_BUDGET]);
         atomicAdd(counters.below_horizon, tally[TALLY_BELOW_HORIZON]);
         atomicAdd(counters.steps, tally[TALLY_STEPS]);
-        if (OTHER_EYE != 0u && retry_count > 0u) {
-            retry_first = atomicAdd(retry_arguments[3], retry_count);
-            uint groups = (retry_first + retry_count + 63u) / 64u;
-            atomicMax(retry_arguments[0], min(groups, ROW_OF_GROUPS));
-            atomicMax(retry_arguments[1], (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS);
+        if (OTHER_EYE != 0u && retry_count > 0u) MAKE_ROOM(retry_arguments, retry_count, retry_first)
+        if (LOST_SHARE != 0u) {
+            atomicAdd(counters.skipped, tally[TALLY_SKIPPED]);
+            if (lost_count > 0u) MAKE_ROOM(lost_arguments, lost_count, lost_first)
         }
     }
     barrier();
-    if (retry) retries[retry_first + place] = pack_pixel(texel);
+    if (next == TO_OTHER_EYE) retries[retry_first + place] = pack_pixel(texel);
+    if (next == TO_GEOMETRY) lost[lost_first + place] = pack_pixel(texel);
 }

@@ -16,19 +16,26 @@ layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4) uniform usampler2DArray surface_image;
 layout(binding = 5) uniform sampler2DArray pyramid;
 layout(binding = 6, rgba32ui) uniform uimage2DArray hit_image;
+// Rays that neither eye answers, for the geometry: as the ray list.
+layout(binding = 7, std430) writeonly buffer Lost { uint lost[]; };
+layout(binding = 8, std430) buffer LostArguments { uint lost_arguments[4]; };
 layout(push_constant) uniform Constants { uint sample_index; };
 
+#include "common/append.glsl"
 #include "common/ray_list.glsl"
 #include "common/screen_ray.glsl"
+#include "common/lost.glsl"
 
 shared uint tally[TALLY_WORDS];
+shared uint lost_count;
+shared uint lost_first;
 
-void trace_listed(ivec3 texel) {
+// Whether the geometry is to be asked.
+bool trace_listed(ivec3 texel) {
     uint own = uint(texel.z), other = 1u - own;
     ScreenRay r = screen_ray(texel, sample_index);
     Hit hit = unpack_hit(imageLoad(hit_image, texel));
-    // Where the own eye lost it; whole words lose up to 1/4096 of it, always towards the origin.
-    float s = clamp(hit.distance / frame.ray_length, 0.0, 1.0);
+    float s = stored_fraction(hit);
     hit.direction = r.ray.direction;
     Segment first = segment_of(r, own, 0.0);
     bool left_own = first.end != END_FAR && s >= first.s_end * (1.0 - 1.0 / 2048.0);
@@ -55,17 +62,24 @@ void trace_listed(ivec3 texel) {
         steps += m.steps;
         word = finish(r, segment, m, own, m.behind || !seen, hit);
     }
-    atomicAdd(tally[word], 1u);
     atomicAdd(tally[TALLY_STEPS], steps);
+    bool asks = false, skipped = false;
+    if (LOST_SHARE != 0u) asks = ask_geometry(texel, sample_index, r.mirror, hit, skipped);
+    if (!asks) atomicAdd(tally[skipped ? TALLY_SKIPPED : word], 1u);
     imageStore(hit_image, texel, pack_hit(hit));
+    return asks;
 }
 
 void main() {
     uint i = gl_LocalInvocationIndex;
     if (i < TALLY_WORDS) tally[i] = 0u;
+    if (i == 0u) lost_count = 0u;
     barrier();
     ivec3 texel;
-    if (listed_pixel(texel)) trace_listed(texel);
+    bool asks = false;
+    if (listed_pixel(texel)) asks = trace_listed(texel);
+    uint place = 0u;
+    if (asks) place = atomicAdd(lost_count, 1u);
     barrier();
     if (i == 0u) {
         atomicAdd(counters.hits, tally[TALLY_HITS]);
@@ -75,5 +89,11 @@ void main() {
         atomicAdd(counters.back_facing, tally[TALLY_BACK_FACING]);
         atomicAdd(counters.budget, tally[TALLY_BUDGET]);
         atomicAdd(counters.steps, tally[TALLY_STEPS]);
+        if (LOST_SHARE != 0u) {
+            atomicAdd(counters.skipped, tally[TALLY_SKIPPED]);
+            if (lost_count > 0u) MAKE_ROOM(lost_arguments, lost_count, lost_first)
+        }
     }
+    barrier();
+    if (asks) lost[lost_first + place] = pack_pixel(texel);
 }

@@ -89,6 +89,8 @@ fn host() -> BTreeMap<String, Layout> {
             budget,
             below_horizon,
             steps,
+            asked,
+            skipped,
         }),
     ])
 }

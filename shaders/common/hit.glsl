@@ -10,6 +10,9 @@ const uint HIT = 1u;
 const uint SKY = 2u;
 // Left the view, behind something, a back face, or out of steps: the fallback's share.
 const uint UNKNOWN = 3u;
+// Found in the scene's geometry where no eye sees it: its radiance lies in an image of its own, at the ray's pixel.
+// Two bits name the status, so it shares its word with UNKNOWN, which never has confidence.
+const uint SHADED = 4u;
 
 struct Hit {
     uint status;
@@ -23,7 +26,7 @@ struct Hit {
 
 // Length keeps 12 bits of its mantissa (0.02 %), which is what a hit's 1/32 px is worth.
 uvec4 pack_hit(Hit h) {
-    uint flags = h.status | h.eye << 2 | uint(clamp(h.confidence, 0.0, 1.0) * 255.0 + 0.5) << 3;
+    uint flags = min(h.status, UNKNOWN) | h.eye << 2 | uint(clamp(h.confidence, 0.0, 1.0) * 255.0 + 0.5) << 3;
     return uvec4(packUnorm2x16(h.uv), pack_direction(h.direction), (floatBitsToUint(h.distance) & ~0x7ffu) | flags,
                  floatBitsToUint(h.pdf));
 }
@@ -37,14 +40,10 @@ Hit unpack_hit(uvec4 w) {
     h.distance = uintBitsToFloat(w.z & ~0x7ffu);
     h.pdf = uintBitsToFloat(w.w);
     h.confidence = float(w.z >> 3 & 0xffu) * (1.0 / 255.0);
+    if (h.status == UNKNOWN && h.confidence > 0.0) h.status = SHADED;
     return h;
 }
 
-uint hit_status(uvec4 w) { return w.z & 3u; }
-
 bool contributes(uvec4 w) { return (w.z & 0x7fbu) != 0u; }
-
-// Neither without a ray nor unknown.
-bool known(uvec4 w) { return contributes(w) && hit_status(w) != UNKNOWN; }
 
 #endif

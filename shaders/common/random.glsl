@@ -48,4 +48,21 @@ vec2 sample_2d(uint seed, uint token, uvec2 pixel, uint index) {
     return vec2(unit_float(x), unit_float(y));
 }
 
+// What a single random number of a ray decides.
+const uint DRAW_FADE = 3u;
+const uint DRAW_ASK = 4u;
+
+// A number in [0, 1) of a pixel's sample for one purpose, independent of its directions.
+float draw_1d(uint seed, uint token, uvec2 pixel, uint index, uint purpose) {
+    uint h = combine(combine(combine(combine(0u, seed), token), pixel.x), pixel.y);
+    return unit_float(combine(combine(h, purpose), index));
+}
+
+// As draw_1d, but spread evenly over neighbouring pixels: a rank-1 lattice (Roberts 2018) with a random offset a sample,
+// so that a share s of the numbers lies below s in every small neighbourhood.
+float lattice_1d(uint seed, uint token, uvec2 pixel, uint index, uint purpose) {
+    float offset = unit_float(combine(combine(combine(combine(0u, seed), token), purpose), index));
+    return fract(fract(float(pixel.x) * 0.7548776662) + fract(float(pixel.y) * 0.5698402910) + offset);
+}
+
 #endif

@@ -21,6 +21,7 @@ layout(constant_id = 0) const uint STEREO_FADE = 0u;
 struct ScreenRay {
     vec3 origin;
     ReflectionRay ray;
+    bool mirror;
 };
 
 ScreenRay screen_ray(ivec3 texel, uint sample_index) {
@@ -30,7 +31,7 @@ ScreenRay screen_ray(ivec3 texel, uint sample_index) {
     vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
     vec3 v = normalize(eye_position(eye) - position);
     vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
-    return ScreenRay(ray_origin(eye, position, s.face_normal, depth), reflection_ray(s, v, u));
+    return ScreenRay(ray_origin(eye, position, s.face_normal, depth), reflection_ray(s, v, u), is_mirror(s));
 }
 
 // The part of the ray from world fraction `s` on that an eye sees.
@@ -40,6 +41,9 @@ Segment segment_of(ScreenRay r, uint eye, float s) {
     vec4 b = a + clip * vec4(r.ray.direction * frame.ray_length, 0.0);
     return clip_segment(a, b, s, frame.eyes[eye].position_near.w, vec2(frame.size));
 }
+
+// The world fraction where an eye lost a ray, as the hit's words keep it: up to 1/4096 less, always towards the origin.
+float stored_fraction(Hit hit) { return clamp(unpack_hit(pack_hit(hit)).distance / frame.ray_length, 0.0, 1.0); }
 
 // 1 inside, 0 at the view's border: what lies beyond is not known.
 float edge_fade(vec2 uv) {
@@ -62,7 +66,8 @@ float hit_confidence(ScreenRay r, Hit hit) {
 
 // Words of the tally, in the order of CountersData from `rays` on.
 const uint TALLY_RAYS = 0u, TALLY_HITS = 1u, TALLY_SKY = 2u, TALLY_LEFT_VIEW = 3u, TALLY_BEHIND = 4u;
-const uint TALLY_BACK_FACING = 5u, TALLY_BUDGET = 6u, TALLY_BELOW_HORIZON = 7u, TALLY_STEPS = 8u, TALLY_WORDS = 9u;
+const uint TALLY_BACK_FACING = 5u, TALLY_BUDGET = 6u, TALLY_BELOW_HORIZON = 7u, TALLY_STEPS = 8u, TALLY_SKIPPED = 9u;
+const uint TALLY_WORDS = 10u;
 
 // A ray inside matter at a pixel, at its world fraction `s`; returns the word to count.
 uint found(ScreenRay r, ivec3 at, float s, inout Hit hit) {

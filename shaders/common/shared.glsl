@@ -26,7 +26,7 @@ struct FrameUniform {
     uint light_count;
     uint max_steps;            // of a march
     uint fallback;             // 0 black, 1 map
-    uint firefly;              // 1: tone-mapped weights in the resolve
+    uint firefly;              // of the resolve: 0 nothing, 1 tone-mapped weights, 2 bounded shares
     uvec2 guard;               // pixels at each side that are drawn and never shown
 };
 
@@ -107,6 +107,8 @@ struct CountersData {
     uint budget;            // marches that ran out of steps
     uint below_horizon;
     uint steps;
+    uint asked;             // lost rays that asked the geometry
+    uint skipped;           // lost rays that did not ask
 };
 
 #endif

@@ -13,7 +13,7 @@ use crate::gpu::{DeviceInfo, PassTime};
 use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
-use crate::render::{Firefly, Method, Rendered, Renderer, Request, Settings, Streams, Trace, median_of_sorted};
+use crate::render::{Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Trace, median_of_sorted};
 use crate::scene::{self, Fallback};
 
 use super::WrongUsage;
@@ -52,9 +52,12 @@ pub struct Args {
     /// What unknown rays see, instead of what the scene says.
     #[arg(long, value_enum)]
     fallback: Option<FallbackArg>,
-    /// Weights of bright samples in the resolve.
-    #[arg(long, value_enum, default_value_t = Firefly::None)]
-    firefly: Firefly,
+    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator with all that belongs to it.
+    #[arg(long, value_enum, default_value_t = Reuse::Balance)]
+    reuse: Reuse,
+    /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
+    #[arg(long, value_enum)]
+    firefly: Option<Firefly>,
     /// The random streams of the two eyes.
     #[arg(long, value_enum, default_value_t = Streams::Independent)]
     streams: Streams,
@@ -141,6 +144,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let size = device::size_or_default(&gpu, args.size, console);
     let method = device::samples_or_default(&gpu, method, args.spp, console);
     let settings = Settings {
+        reuse: args.reuse,
         firefly: args.firefly,
         streams: args.streams,
         fallback: args.fallback.map(Fallback::from),

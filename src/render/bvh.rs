@@ -83,6 +83,11 @@ impl RayScene {
     }
 }
 
+/// Whether a ray through the geometry is answered by hardware.
+pub fn fast_ray_queries(gpu: &Gpu, trace: Trace) -> bool {
+    takes_ray_query(gpu, trace) && !gpu.is_cpu()
+}
+
 /// A software device answers ray queries too (Mesa 25), two to three times as slowly as it walks our own tree.
 fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
     match trace {

@@ -132,7 +132,11 @@ fn frame_uniform(
         light_count: scene.lights.len() as u32,
         max_steps: settings.max_steps,
         fallback: u32::from(settings.fallback(scene) != Fallback::Black),
-        firefly: u32::from(settings.firefly == Firefly::ToneMapped),
+        firefly: match settings.firefly {
+            None | Some(Firefly::None) => 0,
+            Some(Firefly::ToneMapped) => 1,
+            Some(Firefly::BoundedShare) => 2,
+        },
         guard,
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::scene::{Eye, Fov, StereoCamera};
 
-use super::method::Method;
-use super::settings::{Settings, Streams};
+use super::method::{Method, Reuse};
+use super::settings::{Firefly, Settings, Streams};
 
 /// A method's view of a view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,6 +11,8 @@ pub struct Framing {
     /// Pixels at each side (x, y) that are drawn and never shown.
     pub guard: [u32; 2],
     shared_noise: bool,
+    reuse: Reuse,
+    firefly: Firefly,
     shown: [u32; 2],
 }
 
@@ -19,7 +21,8 @@ impl Framing {
         let parts = method.parts();
         let shown = [settings.width, settings.height];
         let band = |pixels: u32| (u64::from(pixels) * u64::from(parts.guard_band)).div_ceil(1000) as u32;
-        Framing { guard: shown.map(band), shared_noise: parts.shared_noise, shown }
+        let (reuse, firefly) = (settings.reuse(method), settings.firefly(method));
+        Framing { guard: shown.map(band), shared_noise: parts.shared_noise, reuse, firefly, shown }
     }
 
     /// The settings of what is drawn.
@@ -29,7 +32,7 @@ impl Framing {
         let (width, height) = (shown.width + 2 * x, shown.height + 2 * y);
         // As many pixels as without a band: what is beyond the view fades there, not what is in it.
         let edge_fade = shown.edge_fade * shown.width as f32 / width as f32;
-        Settings { width, height, streams, edge_fade, ..shown.clone() }
+        Settings { width, height, streams, edge_fade, reuse: self.reuse, firefly: Some(self.firefly), ..shown.clone() }
     }
 
     /// The eyes of what is drawn: pixels as large as those shown.

@@ -4,6 +4,7 @@ use sha2::{Digest, Sha256};
 
 use crate::scene::{Eye, Scene, StereoCamera};
 
+use super::method::Answer;
 use super::{Method, Settings, shaders};
 
 /// SHA-256 (hex) over scene bytes, shaders, method and samples, both eyes' cameras, settings, renderer version and kind
@@ -24,9 +25,11 @@ pub fn identity(
         serde_json::json!({ "position": e.position.to_array(), "rotation": e.world_from_view.to_array(), "fov": fov,
                             "near_m": e.near_m })
     });
+    let parts = method.parts();
+    let reference = parts.answer == Answer::PathTraced && !parts.resolved;
     let identity = serde_json::json!({
         "scene": scene.content_sha256,
-        "shaders": shaders::digest(),
+        "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },
         "method": method.to_string(),
         // What the name stands for in this build.
         "parts": format!("{:?}", method.parts()),

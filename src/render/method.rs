@@ -6,8 +6,53 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
     base: &'static Parts,
+    /// Thousandths of a per cent of the method's [`Knob`]; `None`: the method's own default, or no knob.
+    knob: Option<u32>,
     /// Rays (or paths) a pixel; `None`: the method's own default.
     samples: Option<u32>,
+}
+
+/// What the percentage at the end of a method's name sets (`stereo-hybrid-25`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Knob {
+    /// Share of the rays that the views lose which may ask the scene's geometry; 100 by default. At 0 the method is the
+    /// same without geometry.
+    LostRays,
+    /// Weber contrast between the eyes, relative to the pixel's composite luminance, below which no work is done in
+    /// the other eye; 2 by default (seed 001: Walter et al. 2005).
+    Weber,
+}
+
+impl Knob {
+    /// Thousandths of a per cent.
+    fn default_value(self) -> u32 {
+        match self {
+            Knob::LostRays => 100_000,
+            Knob::Weber => 2_000,
+        }
+    }
+}
+
+/// How the taps of the spatial reuse are weighted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reuse {
+    /// Multiple-importance weights: the balance heuristic between the pixel's own density and each tap's (pairwise, as
+    /// in Bitterli 2022), bright outliers bounded, and the eyes blended by their variances.
+    #[default]
+    Balance,
+    /// The published ratio estimator (Stachowiak 2015): each tap over its own density, nothing bounded, and the eyes
+    /// blended by fixed weights.
+    Ratio,
+}
+
+/// How the light of a pair of pixels is blended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blend {
+    /// By squared bias and both variances (seed 003, equation 4). Needs the moments that [`Reuse::Balance`] keeps.
+    Variance,
+    /// By fixed weights.
+    Fixed,
 }
 
 /// How reflection rays are answered.
@@ -39,6 +84,7 @@ pub struct Reprojection {
     pub back_check: bool,
     /// What the two reflect may differ by the lobe's footprint; otherwise by a thousandth of its distance.
     pub lobe_tolerance: bool,
+    pub blend: Blend,
 }
 
 /// What a method is made of.
@@ -66,7 +112,13 @@ pub struct Parts {
     /// Both eyes draw the same random numbers.
     pub shared_noise: bool,
     /// Squared radius of the spatial reuse, pixels; `None`: the settings'.
-    pub reuse: Option<u32>,
+    pub reuse_radius_squared: Option<u32>,
+    /// How taps are weighted; `None`: as the settings say.
+    pub reuse: Option<Reuse>,
+    /// What a percentage at the end of the name sets.
+    pub knob: Option<Knob>,
+    /// Stands for another method, which the device chooses: see [`Method::on`].
+    pub chosen_by_device: bool,
     /// The right eye's reflections are exchanged left and right.
     pub unrelated: bool,
     samples: u32,
@@ -86,13 +138,18 @@ const SSSR: Parts = Parts {
     resolved: false,
     guard_band: 0,
     shared_noise: false,
+    reuse_radius_squared: None,
     reuse: None,
+    knob: None,
+    chosen_by_device: false,
     unrelated: false,
     samples: 1,
 };
 
-const OURS: Reprojection = Reprojection { filling: true, back_check: true, lobe_tolerance: true };
-const PAPER: Reprojection = Reprojection { filling: false, back_check: false, lobe_tolerance: false };
+const OURS: Reprojection =
+    Reprojection { filling: true, back_check: true, lobe_tolerance: true, blend: Blend::Variance };
+const PAPER: Reprojection =
+    Reprojection { filling: false, back_check: false, lobe_tolerance: false, blend: Blend::Fixed };
 
 /// All three parts of the paper's §4.
 const STEREO: Parts = Parts {
@@ -168,6 +225,49 @@ const METHODS: &[Parts] = &[
         ..STEREO
     },
     Parts {
+        name: "stereo-fixed-blend",
+        about: "stereo whose eyes are blended by fixed weights instead of their variances",
+        reprojection: Some(Reprojection { blend: Blend::Fixed, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-ratio",
+        about: "stereo with the published ratio estimator, whatever --reuse says",
+        reuse: Some(Reuse::Ratio),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-ratio",
+        about: "the baseline with the published ratio estimator, whatever --reuse says",
+        reuse: Some(Reuse::Ratio),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-hybrid",
+        about: "stereo whose lost rays ask the scene's geometry; stereo-hybrid-25 lets 25 % of them ask",
+        knob: Some(Knob::LostRays),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-hybrid",
+        about: "the baseline whose lost rays ask the scene's geometry; sssr-hybrid-25 lets 25 % of them ask",
+        knob: Some(Knob::LostRays),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-adaptive",
+        about: "each eye for itself, then stereo work only where the eyes may differ visibly; stereo-adaptive-5: by 5 %",
+        traversal: Traversal::OwnEye,
+        knob: Some(Knob::Weber),
+        ..STEREO
+    },
+    Parts {
+        name: "recommended",
+        about: "what measurement says is best on this kind of device; --explain says what it took",
+        chosen_by_device: true,
+        ..STEREO
+    },
+    Parts {
         name: "sssr-thickness",
         about: "the baseline without back faces: every mesh is as thick as an open one",
         back_faces: false,
@@ -194,7 +294,7 @@ const METHODS: &[Parts] = &[
     Parts {
         name: "sssr-wide",
         about: "the baseline with 37 pixels of spatial reuse instead of 25",
-        reuse: Some(10),
+        reuse_radius_squared: Some(10),
         ..SSSR
     },
     Parts {
@@ -220,21 +320,35 @@ const METHODS: &[Parts] = &[
     },
 ];
 
+/// Best at no more than 1.25 times the baseline's trace and resolve on a device that walks the geometry slowly.
+const RECOMMENDED_WITHOUT_RAY_QUERIES: &str = "stereo";
+/// Best where a ray through the geometry costs about what a march through a view does.
+const RECOMMENDED_WITH_RAY_QUERIES: &str = "stereo-hybrid";
+
 /// A name that is no method.
 #[derive(Debug, thiserror::Error)]
-#[error("unknown method `{name}`; known: {known}, each also as NAME@N with N rays a pixel (1 to 65536)")]
+#[error(
+    "unknown method `{name}`; known: {known}, each also as NAME@N with N rays a pixel (1 to 65536); {knobs} also as \
+     NAME-P with a percentage P from 0 to 100"
+)]
 pub struct UnknownMethod {
     pub name: String,
     pub known: String,
+    /// Those with a percentage.
+    pub knobs: String,
 }
 
 impl Method {
-    /// Reads `NAME` or `NAME@N`.
+    /// Reads `NAME`, `NAME-P`, `NAME@N` or `NAME-P@N`.
     ///
     /// # Errors
     /// [`UnknownMethod`], which lists the known ones.
     pub fn parse(text: &str) -> Result<Method, UnknownMethod> {
-        let unknown = || UnknownMethod { name: text.to_owned(), known: Method::names().join(", ") };
+        let unknown = || UnknownMethod {
+            name: text.to_owned(),
+            known: Method::names().join(", "),
+            knobs: METHODS.iter().filter(|b| b.knob.is_some()).map(|b| b.name).collect::<Vec<_>>().join(", "),
+        };
         // The count may stand before the suffix: path-traced@2-resolved.
         let suffix = "-resolved";
         let moved = text.strip_suffix(suffix).and_then(|t| t.split_once('@')).map(|(n, c)| format!("{n}{suffix}@{c}"));
@@ -249,8 +363,47 @@ impl Method {
                 (name, Some(count))
             }
         };
-        let base = METHODS.iter().find(|b| b.name == name).ok_or_else(unknown)?;
-        Ok(Method { base, samples: count })
+        if let Some(base) = METHODS.iter().find(|b| b.name == name) {
+            return Ok(Method { base, knob: None, samples: count });
+        }
+        let (stem, percent) = name.rsplit_once('-').ok_or_else(unknown)?;
+        let base = METHODS.iter().find(|b| b.name == stem && b.knob.is_some()).ok_or_else(unknown)?;
+        // Only what `Display` writes again: digits with at most one point.
+        let digits = percent.chars().all(|c| c.is_ascii_digit() || c == '.');
+        let percent: f64 = percent.parse().ok().filter(|_| digits).ok_or_else(unknown)?;
+        if !(0.0..=100.0).contains(&percent) {
+            return Err(unknown());
+        }
+        Ok(Method { base, knob: Some((percent * 1000.0).round() as u32), samples: count })
+    }
+
+    /// The method that this one stands for on a device: `recommended` is the best one that was measured at 1.25 times
+    /// the baseline's trace and resolve, or, where ray queries are fast, the best one of all. Figures: docs/compare.md.
+    pub fn on(&self, fast_ray_queries: bool) -> Method {
+        if !self.base.chosen_by_device {
+            return self.clone();
+        }
+        let name = if fast_ray_queries { RECOMMENDED_WITH_RAY_QUERIES } else { RECOMMENDED_WITHOUT_RAY_QUERIES };
+        let base = Method::parse(name).expect("a known method");
+        Method { samples: self.samples, ..base }
+    }
+
+    /// The share of the rays lost by the views that may ask the scene's geometry, 0–1 in steps of 1/255; 0 where the
+    /// method has no such rays.
+    pub fn lost_share(&self) -> f32 {
+        match self.base.knob {
+            Some(Knob::LostRays) => (self.knob_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
+            _ => 0.0,
+        }
+    }
+
+    /// The contrast between the eyes from which on the other eye is asked; `None`: everywhere.
+    pub fn weber_share(&self) -> Option<f32> {
+        (self.base.knob == Some(Knob::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
+    }
+
+    fn knob_value(&self) -> u32 {
+        self.knob.or_else(|| self.base.knob.map(Knob::default_value)).unwrap_or(0)
     }
 
     /// Every name, without `@N`.
@@ -281,9 +434,13 @@ impl Method {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.base.name)?;
+        if let Some(thousandths) = self.knob {
+            write!(f, "-{}", f64::from(thousandths) / 1000.0)?;
+        }
         match self.samples {
-            Some(n) if n != self.base.samples => write!(f, "{}@{n}", self.base.name),
-            _ => f.write_str(self.base.name),
+            Some(n) if n != self.base.samples => write!(f, "@{n}"),
+            _ => Ok(()),
         }
     }
 }
@@ -303,6 +460,34 @@ mod tests {
             let error = Method::parse(wrong).expect_err("unknown").to_string();
             assert!(error.contains("known: sssr"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_percentage_in_the_name_is_read_and_written() {
+        for (name, share) in [("stereo-hybrid", 1.0), ("stereo-hybrid-0", 0.0), ("sssr-hybrid-20", 0.2)] {
+            let method = Method::parse(name).expect("known");
+            assert_eq!((method.to_string().as_str(), method.lost_share()), (name, share));
+        }
+        let method = Method::parse("stereo-adaptive-0.5@2").expect("known");
+        assert_eq!((method.weber_share(), method.samples()), (Some(0.005), 2));
+        assert_eq!(method.to_string(), "stereo-adaptive-0.5@2");
+        assert_eq!(Method::parse("stereo-adaptive").expect("known").weber_share(), Some(0.02));
+        assert_eq!(Method::parse("stereo").expect("known").weber_share(), None);
+        for wrong in ["stereo-5", "stereo-hybrid-101", "stereo-hybrid--1", "stereo-hybrid-", "stereo-hybrid-1e1"] {
+            let error = Method::parse(wrong).expect_err("unknown").to_string();
+            assert!(error.contains("percentage"), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_recommended_method_is_one_of_the_others() {
+        let recommended = Method::parse("recommended@2").expect("known");
+        for fast in [false, true] {
+            let taken = recommended.on(fast);
+            assert!(!taken.parts().chosen_by_device && taken.samples() == 2, "{taken}");
+        }
+        let other = Method::parse("sssr@4").expect("known");
+        assert_eq!(other.on(true), other);
     }
 
     #[test]

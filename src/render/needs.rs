@@ -4,7 +4,7 @@
 
 use crate::scene::{Alpha, Fallback, Material, Scene};
 
-use super::method::{Answer, Method, Traversal};
+use super::method::{Answer, Blend, Method, Reuse, Traversal};
 use super::settings::Settings;
 
 /// A pass (or a part of one) and why it runs or not.
@@ -35,6 +35,10 @@ pub struct Needs {
     pub probe: bool,
     /// Rays through the scene's geometry.
     pub path_trace: bool,
+    /// Rays that the views lose ask the scene's geometry.
+    pub geometry: bool,
+    /// The filter keeps the variance of what it finds.
+    pub moments: bool,
     parts: Vec<Part>,
 }
 
@@ -50,6 +54,8 @@ impl Needs {
             let primitive = &scene.primitives[i.primitive];
             primitive.closed && scene.materials[primitive.material].alpha == Alpha::Opaque
         });
+        let (lost_share, reuse) = (method.lost_share(), settings.reuse(method));
+        let weber = method.weber_share();
         let method = method.parts();
         let screen = method.answer == Answer::ScreenSpace;
         let resolve = screen || method.resolved;
@@ -100,7 +106,25 @@ impl Needs {
         } else {
             parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
         }
-        if method.reprojection.is_some() {
+        let geometry = screen && lost_share > 0.0;
+        if geometry {
+            let why = format!("{:.0} % of the rays that the views lose ask the geometry", 100.0 * lost_share);
+            parts.add("trace_geometry", rays, &why, "no surface traces a ray");
+        } else {
+            parts.never("trace_geometry", "what the views lose is not looked for in the geometry");
+        }
+        let by_variance = method.reprojection.is_some_and(|r| r.blend == Blend::Variance) && reuse == Reuse::Balance;
+        let moments = by_variance || weber.is_some();
+        if moments {
+            let why = "the eyes are compared by the variance of what each knows";
+            parts.add("moments", rays, why, "no surface traces a ray");
+        } else {
+            parts.never("moments", "nothing asks for the variance of what an eye knows");
+        }
+        if let Some(weber) = weber {
+            let why = format!("only where the eyes may differ by more than {} %", 100.0 * weber);
+            parts.add("reproject", rays, &why, "no surface traces a ray");
+        } else if method.reprojection.is_some() {
             parts.add("reproject", rays, "the other eye knows of the same reflection", "no surface traces a ray");
         } else {
             parts.never("reproject", "the method resolves each eye for itself");
@@ -117,6 +141,8 @@ impl Needs {
             resolve: resolve && rays,
             probe,
             path_trace: !screen && rays,
+            geometry: geometry && rays,
+            moments: moments && rays,
             parts,
         }
     }

@@ -3,6 +3,7 @@
 //! Made once, run for as many frames, seeds and (in the same place) camera poses as are asked: nothing is allocated and
 //! no pipeline is made again.
 
+use std::cell::OnceCell;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,8 +22,9 @@ use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
 use super::geometry::Geometry;
 use super::hits::{self, RayEnd};
+use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
-use super::method::Method;
+use super::method::{Blend, Method, Reuse};
 use super::needs::Needs;
 use super::path_rays::PathRaysPass;
 use super::path_trace::PathTracePass;
@@ -31,8 +33,9 @@ use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
 use super::shared::{CountersData, Counts};
-use super::targets::{GBuffer, Targets};
+use super::targets::{GBuffer, Marched, Targets};
 use super::trace::TracePass;
+use super::trace_geometry::TraceGeometryPass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
 /// The passes of a frame, made for its needs.
@@ -68,9 +71,12 @@ impl Passes {
                 true => Some((DepthPyramidPass::new(gpu, needs)?, TracePass::new(gpu, method)?)),
             },
             path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
-            resolve: needs.resolve.then(|| ResolvePass::new(gpu, settings, method)).transpose()?,
+            resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,
             reproject: match method.parts().reprojection {
-                Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, how)?),
+                Some(how) if needs.resolve => {
+                    let by_variance = how.blend == Blend::Variance && settings.reuse(method) == Reuse::Balance;
+                    Some(ReprojectPass::new(gpu, how, by_variance)?)
+                }
                 _ => None,
             },
             path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,
@@ -93,6 +99,10 @@ pub struct Prepared {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Option<Rc<RayScene>>,
+    /// The geometry for rays that the views lose, built when the first one is lost.
+    lazy_rays: Rc<LazyRays>,
+    /// Made then, too.
+    trace_geometry: OnceCell<TraceGeometryPass>,
     /// What unknown rays see, where that is not the scene's environment.
     probe: Option<Rc<EnvironmentMaps>>,
     needs: Needs,
@@ -120,6 +130,7 @@ pub(super) struct Shared {
     pub gpu: Rc<Gpu>,
     pub scene: Arc<Scene>,
     pub resources: Rc<SceneResources>,
+    pub lazy_rays: Rc<LazyRays>,
 }
 
 impl Prepared {
@@ -131,7 +142,7 @@ impl Prepared {
         rays: Option<Rc<RayScene>>,
         probe: Option<Rc<EnvironmentMaps>>,
     ) -> Result<Prepared, GpuError> {
-        let Shared { gpu, scene, resources } = shared;
+        let Shared { gpu, scene, resources, lazy_rays } = shared;
         let framing = Framing::of(method, settings);
         let shown = (settings.width, settings.height);
         let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
@@ -142,6 +153,8 @@ impl Prepared {
             scene,
             resources,
             rays,
+            lazy_rays,
+            trace_geometry: OnceCell::new(),
             probe,
             needs,
             framing,
@@ -161,7 +174,8 @@ impl Prepared {
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
-        self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe).map(RayScene::way_name)
+        let asked = self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe);
+        asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
 
     pub fn method(&self) -> &Method {
@@ -251,6 +265,17 @@ impl Prepared {
                     if let (Some((_, trace)), Some(marched)) = (&passes.march, &targets.marched) {
                         trace.record(&mut frame, context, &targets.gbuffer, list, (marched, out), sample)?;
                     }
+                    if let (true, Some(marched)) = (self.needs.geometry, &targets.marched) {
+                        if self.trace_geometry.get().is_none() {
+                            // Nothing lost, nothing built: the first frame looks before it goes on.
+                            times.extend(frame.finish()?);
+                            self.make_trace_geometry(marched)?;
+                            frame = self.next_submission(&mut counts)?;
+                        }
+                        if let Some(pass) = self.trace_geometry.get() {
+                            pass.record(&mut frame, resources, context, targets, sample)?;
+                        }
+                    }
                     if let (Some(pass), Some(rays)) = (&passes.path_rays, &self.rays) {
                         pass.record(&mut frame, resources, rays, context, targets, sample)?;
                     }
@@ -284,6 +309,19 @@ impl Prepared {
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
         Ok((times, counts))
+    }
+
+    /// Builds the geometry for lost rays, if the list of `marched` holds any.
+    fn make_trace_geometry(&self, marched: &Marched) -> Result<(), GpuError> {
+        let arguments = read_buffer(&self.gpu, &marched.lost.arguments)?;
+        let [_, _, _, lost]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
+        if lost > 0 {
+            let rays = self.lazy_rays.obtain(self.context.head, self.settings.trace)?;
+            let pass = TraceGeometryPass::new(&self.gpu, &self.needs, rays)?;
+            // It was empty a line ago, and nothing else fills it.
+            let _ = self.trace_geometry.set(pass);
+        }
+        Ok(())
     }
 
     /// Drawn, of both eyes.

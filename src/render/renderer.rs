@@ -9,9 +9,10 @@ use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
 use super::brdf_table::brdf_table;
-use super::bvh::RayScene;
+use super::bvh::fast_ray_queries;
 use super::context::Context;
 use super::framing::Framing;
+use super::lazy_rays::LazyRays;
 use super::method::Method;
 use super::needs::{Needs, Part};
 use super::prepared::{Prepared, Shared};
@@ -62,6 +63,8 @@ pub struct Rendered {
     pub left_out: Vec<Part>,
     /// Rays or paths a pixel.
     pub samples: u32,
+    /// What was rendered: the method that was asked for, or the one that it stands for on this device.
+    pub method: String,
     /// How rays through the geometry found what they hit: `bvh` or `ray-query`.
     pub way: Option<&'static str>,
 }
@@ -80,7 +83,7 @@ pub struct Renderer {
     gpu: Rc<Gpu>,
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
-    rays: Option<Rc<RayScene>>,
+    rays: Rc<LazyRays>,
     probe: Option<Rc<EnvironmentMaps>>,
     /// By the mirrors' roughness that it was made for.
     brdf_table: Option<(f32, Rc<Image>)>,
@@ -93,7 +96,8 @@ impl Renderer {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = Rc::new(SceneResources::new(gpu, &scene)?);
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays: None, probe: None, brdf_table: None })
+        let rays = Rc::new(LazyRays::new(gpu, &scene, &resources));
+        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays, probe: None, brdf_table: None })
     }
 
     /// Another scene on the same device; what no scene changes is kept.
@@ -122,6 +126,7 @@ impl Renderer {
         method: &Method,
         settings: &Settings,
     ) -> Result<Prepared, RenderError> {
+        let method = &method.on(fast_ray_queries(&self.gpu, settings.trace));
         let needs = Needs::of(&self.scene, method, settings);
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
@@ -131,22 +136,18 @@ impl Renderer {
         let table = self.brdf_table(settings.delta_roughness)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
         let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
-        let fits = |r: &RayScene| r.head == context.head && r.answers(&self.gpu, settings.trace);
-        if asks_geometry && !self.rays.as_deref().is_some_and(fits) {
-            let ranges = &self.resources.ranges;
-            let rays = RayScene::new(&self.gpu, &self.scene, ranges, context.head, settings.trace)?;
-            if rays.halvings > 0 {
-                tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
-            }
-            self.rays = Some(Rc::new(rays));
-        }
-        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &self.rays) {
+        let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
+        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &rays) {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
             self.probe = Some(Rc::new(made));
         }
-        let shared =
-            Shared { gpu: Rc::clone(&self.gpu), scene: Arc::clone(&self.scene), resources: Rc::clone(&self.resources) };
-        let (rays, probe) = (self.rays.clone(), self.probe.clone());
+        let shared = Shared {
+            gpu: Rc::clone(&self.gpu),
+            scene: Arc::clone(&self.scene),
+            resources: Rc::clone(&self.resources),
+            lazy_rays: Rc::clone(&self.rays),
+        };
+        let probe = self.probe.clone();
         Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
     }
 
@@ -194,6 +195,7 @@ impl Renderer {
             parts: prepared.needs().parts().to_vec(),
             left_out: prepared.needs().left_out(),
             samples: method.samples(),
+            method: prepared.method().to_string(),
             way: prepared.way(),
         };
         // After the last submission, so that a message about the reading counts too.

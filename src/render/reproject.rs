@@ -18,8 +18,8 @@ pub struct ReprojectPass {
 impl ReprojectPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, how: Reprojection) -> Result<ReprojectPass, GpuError> {
-        let specialization = [how.filling, how.back_check, how.lobe_tolerance].map(u32::from);
+    pub fn new(gpu: &Rc<Gpu>, how: Reprojection, by_variance: bool) -> Result<ReprojectPass, GpuError> {
+        let specialization = [how.filling, how.back_check, how.lobe_tolerance, by_variance].map(u32::from);
         let words = shaders::REPROJECT_COMP.words();
         Ok(ReprojectPass { pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
     }
@@ -38,6 +38,8 @@ impl ReprojectPass {
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
         let Some(pairs) = &out.pairs else { return Ok(()) };
+        // Where the eyes are compared first, only the pixels that may differ visibly are left.
+        let list = pairs.visible.as_ref().unwrap_or(list);
         let maps = &resources.environment;
         frame
             .compute(&self.pass)
@@ -55,6 +57,7 @@ impl ReprojectPass {
             .sampled(&context.brdf_table, &context.linear)
             .read_buffer(&context.lights)
             .write(&out.reflection)
+            .sampled(pairs.moments.as_ref().unwrap_or(&targets.nothing), &context.nearest)
             .dispatch_indirect(&list.arguments, 0)
     }
 }

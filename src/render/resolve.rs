@@ -7,7 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::method::Method;
+use super::method::{Method, Reuse};
+use super::needs::Needs;
 use super::settings::Settings;
 use super::shaders;
 use super::targets::Targets;
@@ -16,6 +17,7 @@ use super::upload::{EnvironmentMaps, SceneResources};
 /// See `shaders/resolve.comp`.
 pub struct ResolvePass {
     pass: ComputePass,
+    weber: f32,
 }
 
 #[repr(C)]
@@ -23,25 +25,39 @@ pub struct ResolvePass {
 struct Constants {
     first: u32,
     last: u32,
+    /// Contrast between the eyes, relative to the composite, below which a pixel is finished without the other eye.
+    weber: f32,
 }
 
 impl ResolvePass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, settings: &Settings, method: &Method) -> Result<ResolvePass, GpuError> {
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        needs: &Needs,
+        (settings, method): (&Settings, &Method),
+    ) -> Result<ResolvePass, GpuError> {
         let parts = method.parts();
+        let radius_squared = parts.reuse_radius_squared.unwrap_or(2 * settings.reuse_radius * settings.reuse_radius);
+        let weber = method.weber_share();
         let specialization = [
-            parts.reuse.unwrap_or(2 * settings.reuse_radius * settings.reuse_radius),
+            radius_squared,
             u32::from(method.samples() > 1),
             u32::from(parts.reprojection.is_some()),
             u32::from(parts.one_eye),
             u32::from(parts.resolved),
+            u32::from(settings.reuse(method) == Reuse::Balance),
+            u32::from(needs.geometry),
+            u32::from(needs.moments),
+            u32::from(weber.is_some()),
+            (2 * radius_squared.isqrt() + 1).pow(2),
         ];
-        Ok(ResolvePass { pass: ComputePass::new(gpu, "resolve", &shaders::RESOLVE_COMP.words(), &specialization)? })
+        let pass = ComputePass::new(gpu, "resolve", &shaders::RESOLVE_COMP.words(), &specialization)?;
+        Ok(ResolvePass { pass, weber: weber.unwrap_or(0.0) })
     }
 
-    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection, or what the pairs ask of it. `fallback` is what unknown
-    /// rays see, where the settings want more than black.
+    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection, or what the pairs ask of it.
+    /// `fallback` is what unknown rays see, where the settings want more than black.
     ///
     /// # Errors
     /// What the device said.
@@ -64,6 +80,12 @@ impl ResolvePass {
             Some(pairs) => (&pairs.known, &pairs.standing),
             None => (&out.reflection, &targets.nowhere),
         };
+        let moments = out.pairs.as_ref().and_then(|p| p.moments.as_ref()).unwrap_or(&targets.nothing);
+        let visible = out.pairs.as_ref().and_then(|p| p.visible.as_ref());
+        if let Some(visible) = visible {
+            visible.clear(frame);
+        }
+        let visible = visible.unwrap_or(&targets.no_rays);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -73,7 +95,7 @@ impl ResolvePass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.guide, &context.nearest)
             .sampled(&out.hits, &context.nearest)
-            .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
+            .sampled(&targets.radiance, &context.nearest)
             .sampled(&maps.radiance, &maps.sampler)
             .sampled(&maps.irradiance, &maps.sampler)
             .sampled(&fallback.specular, &fallback.sampler)
@@ -83,7 +105,16 @@ impl ResolvePass {
             .read_write(sums)
             .read_write(weights)
             .read_write(standing)
-            .constants(&Constants { first: u32::from(sample == 0), last: u32::from(sample + 1 == samples) })
+            .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
+            .read_write(moments)
+            .write(&out.reflection)
+            .write_buffer(&visible.rays)
+            .write_buffer(&visible.arguments)
+            .constants(&Constants {
+                first: u32::from(sample == 0),
+                last: u32::from(sample + 1 == samples),
+                weber: self.weber,
+            })
             .dispatch_indirect(&list.arguments, 0)
     }
 }

@@ -2,6 +2,8 @@
 
 use crate::scene::{Fallback, Scene};
 
+use super::method::{Method, Reuse};
+
 /// The random streams of the eyes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -13,15 +15,17 @@ pub enum Streams {
     Shared,
 }
 
-/// Weights of bright samples in the resolve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+/// What the resolve does with taps that are much brighter than the pixel's other taps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Firefly {
-    /// Unbiased.
-    #[default]
+    /// Nothing: unbiased.
     None,
-    /// 1/(1 + luminance): calmer, and too dark where bright samples matter.
+    /// Weights each tap by 1/(1 + luminance): calmer, and too dark wherever bright samples matter.
     ToneMapped,
+    /// Bounds each tap to a fifth of the pixel's light plus a fiftieth of display white: dark only where fewer than five
+    /// of 25 taps agree on a bright light.
+    BoundedShare,
 }
 
 /// How rays through the scene's geometry find what they hit. Both ways answer alike, but for rounding.
@@ -47,7 +51,10 @@ pub struct Settings {
     /// Index of the frame in its sequence: part of the random numbers.
     pub frame: u32,
     pub streams: Streams,
-    pub firefly: Firefly,
+    /// How taps are weighted, unless the method says it itself.
+    pub reuse: Reuse,
+    /// `None`: `BoundedShare` with [`Reuse::Balance`], nothing with [`Reuse::Ratio`].
+    pub firefly: Option<Firefly>,
     /// Overrides the scene's.
     pub fallback: Option<Fallback>,
     /// Perceptual roughness above which no ray is traced.
@@ -73,7 +80,8 @@ impl Default for Settings {
             seed: 1,
             frame: 0,
             streams: Streams::Independent,
-            firefly: Firefly::None,
+            reuse: Reuse::Balance,
+            firefly: None,
             fallback: None,
             ray_roughness_limit: 0.8,
             delta_roughness: 0.03,
@@ -90,6 +98,19 @@ impl Settings {
     /// What unknown rays see.
     pub fn fallback(&self, scene: &Scene) -> Fallback {
         self.fallback.unwrap_or(scene.fallback)
+    }
+
+    /// How a method's taps are weighted.
+    pub fn reuse(&self, method: &Method) -> Reuse {
+        method.parts().reuse.unwrap_or(self.reuse)
+    }
+
+    /// What is done with a method's bright taps.
+    pub fn firefly(&self, method: &Method) -> Firefly {
+        self.firefly.unwrap_or(match self.reuse(method) {
+            Reuse::Balance => Firefly::BoundedShare,
+            Reuse::Ratio => Firefly::None,
+        })
     }
 
     /// Width over height of one eye.

@@ -6,12 +6,46 @@ use crate::gpu::{Aligned, Shader};
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// SHA-256 (hex) over all of them: part of every stimulus' address.
+/// Stages that no picture of the reference passes through: a change of them keeps stored references.
+const OF_VIEWS: [&str; 8] = [
+    "backface.frag",
+    "backface.vert",
+    "depth_pyramid.comp",
+    "reproject.comp",
+    "resolve.comp",
+    "trace.comp",
+    "trace_one_loop.comp",
+    "trace_other_eye.comp",
+];
+
+/// SHA-256 (hex) over all shaders: part of every stimulus' address.
 pub fn digest() -> String {
+    digest_of(|_| true)
+}
+
+/// The same over those that a picture traced through the geometry alone may follow from.
+pub fn digest_of_reference() -> String {
+    digest_of(|name| !OF_VIEWS.contains(&name) && !name.starts_with("trace_geometry"))
+}
+
+fn digest_of(counts: impl Fn(&str) -> bool) -> String {
     let mut hash = Sha256::new();
-    for shader in ALL {
+    for shader in ALL.iter().filter(|s| counts(s.name)) {
         hash.update(shader.name.as_bytes());
         hash.update(shader.bytes);
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_that_is_left_out_exists() {
+        for name in OF_VIEWS {
+            assert!(ALL.iter().any(|s| s.name == name), "{name}");
+        }
+        assert_ne!(digest(), digest_of_reference());
+    }
 }

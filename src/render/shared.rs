@@ -46,7 +46,7 @@ pub struct FrameUniform {
     pub max_steps: u32,
     /// 0 black, 1 the specular map.
     pub fallback: u32,
-    /// 1: tone-mapped weights in the resolve.
+    /// Of the resolve: 0 nothing, 1 tone-mapped weights, 2 bounded shares.
     pub firefly: u32,
     /// Pixels at each side (x, y) that are drawn and never shown.
     pub guard: [u32; 2],
@@ -203,6 +203,10 @@ pub struct CountersData {
     /// Samples below the horizon, which count as zero.
     pub below_horizon: u32,
     pub steps: u32,
+    /// Rays lost by the views that asked the geometry.
+    pub asked: u32,
+    /// Rays lost by the views that did not ask and whose weight the asking ones carry.
+    pub skipped: u32,
 }
 
 /// [`CountersData`] summed over a frame's submissions: 1,024 paths a pixel of a large image are more than 32 bits hold.
@@ -223,6 +227,10 @@ pub struct Counts {
     /// Samples below the horizon: no ray, counted as zero.
     pub below_horizon: u64,
     pub steps: u64,
+    /// Rays lost by the views that asked the geometry; what they met is among hits and sky.
+    pub asked: u64,
+    /// Rays lost by the views that did not ask and whose weight the asking ones carry.
+    pub skipped: u64,
 }
 
 impl Counts {
@@ -241,6 +249,8 @@ impl Counts {
             (&mut self.budget, c.budget),
             (&mut self.below_horizon, c.below_horizon),
             (&mut self.steps, c.steps),
+            (&mut self.asked, c.asked),
+            (&mut self.skipped, c.skipped),
         ];
         for (sum, n) in pairs {
             *sum += u64::from(n);

@@ -50,6 +50,8 @@ pub struct Marched {
     pub pyramid: Image,
     /// Rays for the other eye; a list that stays empty when the method has none.
     pub retries: RayList,
+    /// Rays for the scene's geometry; likewise.
+    pub lost: RayList,
 }
 
 /// What an eye's filter knows, for the other eye.
@@ -58,12 +60,16 @@ pub struct Pairs {
     pub known: Image,
     /// Weight of the taps; nearness of what is reflected.
     pub standing: Image,
+    /// Variance of the light, where the eyes are blended by it.
+    pub moments: Option<Image>,
+    /// Pixels whose eyes may differ visibly, where only they are blended.
+    pub visible: Option<RayList>,
 }
 
 /// Hits and their filter.
 pub struct Filtered {
     pub hits: Image,
-    /// Where rays bring their own radiance.
+    /// Where rays may bring their own radiance.
     pub ray_radiance: Option<Image>,
     /// Where the other eye has a say.
     pub pairs: Option<Pairs>,
@@ -99,6 +105,8 @@ pub struct Targets {
     pub nothing: Image,
     /// The same, RG32F.
     pub nowhere: Image,
+    /// The same, of lists.
+    pub no_rays: RayList,
 }
 
 impl Targets {
@@ -137,18 +145,22 @@ impl Targets {
                 back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
                 pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
                 retries: RayList::new(gpu, if parts.traversal == Traversal::TwoStages { texels } else { 0 })?,
+                lost: RayList::new(gpu, if needs.geometry { texels } else { 0 })?,
             }),
         };
         let filtered = match needs.resolve {
             false => None,
             true => Some(Filtered {
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
-                ray_radiance: parts.resolved.then(|| stereo("ray radiance", rgba16)).transpose()?,
+                ray_radiance: (parts.resolved || needs.geometry).then(|| stereo("ray radiance", rgba16)).transpose()?,
                 pairs: match parts.reprojection {
                     None => None,
-                    Some(_) => {
-                        Some(Pairs { known: stereo("known light", rgba16)?, standing: stereo("standing", rg32)? })
-                    }
+                    Some(_) => Some(Pairs {
+                        known: stereo("known light", rgba16)?,
+                        standing: stereo("standing", rg32)?,
+                        moments: needs.moments.then(|| stereo("moments", rgba32)).transpose()?,
+                        visible: method.weber_share().map(|_| RayList::new(gpu, texels)).transpose()?,
+                    }),
                 },
                 reflection: stereo("reflection", rgba16)?,
                 sums: match method.samples() {
@@ -183,6 +195,7 @@ impl Targets {
             reflection_out: stereo("reflection out", rgba32)?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
             nowhere: Image::new(gpu, "nowhere", ImageDesc::stereo(1, 1, rg32))?,
+            no_rays: RayList::new(gpu, 0)?,
         })
     }
 }

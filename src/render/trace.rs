@@ -25,8 +25,11 @@ impl TracePass {
         let fade = u32::from(parts.stereo_fade);
         let traversal = parts.traversal;
         let two_stages = traversal == Traversal::TwoStages;
-        let own = [fade, u32::from(two_stages), u32::from(parts.camera_rays), u32::from(parts.one_eye)];
-        let other = || ComputePass::new(gpu, "trace_other_eye", &shaders::TRACE_OTHER_EYE_COMP.words(), &[fade]);
+        let lost_share = (method.lost_share() * 255.0).round() as u32;
+        let [camera_rays, one_eye] = [parts.camera_rays, parts.one_eye].map(u32::from);
+        let own = [fade, u32::from(two_stages), camera_rays, one_eye, lost_share];
+        // The second stage has the first one's constants, of which it knows the first and the last.
+        let other = || ComputePass::new(gpu, "trace_other_eye", &shaders::TRACE_OTHER_EYE_COMP.words(), &own);
         let first = match traversal {
             Traversal::OneLoop => ComputePass::new(gpu, "trace", &shaders::TRACE_ONE_LOOP_COMP.words(), &[fade])?,
             _ => ComputePass::new(gpu, "trace", &shaders::TRACE_COMP.words(), &own)?,
@@ -48,6 +51,7 @@ impl TracePass {
         sample: u32,
     ) -> Result<(), GpuError> {
         marched.retries.clear(frame);
+        marched.lost.clear(frame);
         let chain = frame
             .compute(&self.first)
             .uniform(&context.frame)
@@ -59,7 +63,11 @@ impl TracePass {
             .write(&out.hits);
         match self.traversal {
             Traversal::OneLoop => chain,
-            _ => chain.write_buffer(&marched.retries.rays).write_buffer(&marched.retries.arguments),
+            _ => chain
+                .write_buffer(&marched.retries.rays)
+                .write_buffer(&marched.retries.arguments)
+                .write_buffer(&marched.lost.rays)
+                .write_buffer(&marched.lost.arguments),
         }
         .constants(&sample)
         .dispatch_indirect(&list.arguments, 0)?;
@@ -73,6 +81,8 @@ impl TracePass {
             .sampled(&gbuffer.surface, &context.nearest)
             .sampled(&marched.pyramid, &context.nearest)
             .read_write(&out.hits)
+            .write_buffer(&marched.lost.rays)
+            .write_buffer(&marched.lost.arguments)
             .constants(&sample)
             .dispatch_indirect(&marched.retries.arguments, 0)
     }

@@ -1,0 +1,46 @@
+//! The scene's geometry for rays, built when it is first asked for and kept for whoever asks next.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::gpu::{Gpu, GpuError};
+use crate::scene::Scene;
+
+use super::bvh::RayScene;
+use super::settings::Trace;
+use super::upload::SceneResources;
+
+/// See the module's documentation.
+pub struct LazyRays {
+    gpu: Rc<Gpu>,
+    scene: Arc<Scene>,
+    resources: Rc<SceneResources>,
+    built: RefCell<Option<Rc<RayScene>>>,
+}
+
+impl LazyRays {
+    /// Nothing is built yet.
+    pub fn new(gpu: &Rc<Gpu>, scene: &Arc<Scene>, resources: &Rc<SceneResources>) -> LazyRays {
+        let (gpu, scene, resources) = (Rc::clone(gpu), Arc::clone(scene), Rc::clone(resources));
+        LazyRays { gpu, scene, resources, built: RefCell::new(None) }
+    }
+
+    /// The geometry relative to `head`: what was built last, if it fits, else built now.
+    ///
+    /// # Errors
+    /// When device memory runs out, or ray queries are asked for where there are none.
+    pub fn obtain(&self, head: DVec3, trace: Trace) -> Result<Rc<RayScene>, GpuError> {
+        if let Some(built) = self.built.borrow().as_ref().filter(|r| r.head == head && r.answers(&self.gpu, trace)) {
+            return Ok(Rc::clone(built));
+        }
+        let rays = Rc::new(RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, head, trace)?);
+        if rays.halvings > 0 {
+            tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
+        }
+        *self.built.borrow_mut() = Some(Rc::clone(&rays));
+        Ok(rays)
+    }
+}
