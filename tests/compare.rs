@@ -167,7 +167,8 @@ mod scenes {
             assert!(number(&row["noise_variance"]) >= 0.0, "{name}");
             let within = |value: &Value, interval: &Value| {
                 let [low, high] = [0, 1].map(|i| number(&interval[i]));
-                assert!(low <= number(value) && number(value) <= high, "{name}: {value} in {interval}");
+                let (value, rounding) = (number(value), 1e-9 * number(value).abs());
+                assert!(low <= value + rounding && value - rounding <= high, "{name}: {value} in {interval}");
             };
             within(&row["systematic_inconsistency"], &row["systematic_inconsistency_interval"]);
             within(&row["noise_variance"], &row["noise_variance_interval"]);
