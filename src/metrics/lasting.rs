@@ -20,8 +20,7 @@ pub struct Agreement {
     middle: Vec<f64>,
     /// h²: squared half of what the two disagree in.
     apart: Vec<f64>,
-    /// Mean luminance of both eyes in both references, at least ε: what contrasts are relative to. No seed of a method
-    /// moves it.
+    /// Mean luminance of both eyes in both references, at least ε.
     base: Vec<f64>,
 }
 
@@ -53,8 +52,8 @@ pub struct Lasting<'a> {
 /// The squared lasting contrast of the pairs that the reference does not have itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Unbiased {
-    /// Mean over pairs of the average of (D_i − R₁)(D_j − R₂) over i ≠ j, over the pair's squared mean luminance in the
-    /// references. Noise alone estimates 0 on average and may well give a value below 0.
+    /// Mean over pairs of the average of (D_i − R₁)(D_j − R₂) over i ≠ j, over the pair's squared mean luminance: the
+    /// references' or the method's over all seeds, whichever is larger. Noise alone estimates 0 on average and may well give a value below 0.
     pub squared: f64,
     /// √ of `squared`, 0 where that is negative; a Weber contrast.
     pub rms: f64,
@@ -128,7 +127,7 @@ impl<'a> Lasting<'a> {
     }
 
     /// What the seeds so far show; `None` below two seeds or without pairs. `bases` are the pairs' mean luminances over
-    /// the method's own seeds, what the systematic share is relative to; all groups share them.
+    /// the method's own seeds, at least ε: what the systematic share is relative to. All groups share them.
     pub fn found(&self, bases: &[f64]) -> Option<OverSeeds> {
         let n: u32 = self.sizes.iter().sum();
         if n < 2 || self.sums.is_empty() {
@@ -175,7 +174,10 @@ impl<'a> Lasting<'a> {
                 part.sum += c;
                 part.squares += squares;
             }
-            sum.unbiased += (part.product() - self.agreement.apart[pair]) / self.agreement.base[pair].powi(2);
+            // Neither base alone bounds the contrast: where it is nearly black and the other is not, one pair would
+            // outweigh all others.
+            let base = self.agreement.base[pair].max(*own_base);
+            sum.unbiased += (part.product() - self.agreement.apart[pair]) / (base * base);
             let variance = part.variance();
             sum.noise_variance += variance;
             let contrast = (part.sum / part.n + self.agreement.middle[pair]) / own_base;
@@ -273,6 +275,29 @@ mod tests {
         // Base: (2.1 + 2)/2.
         assert!((found.squared - (0.4 / 2.05f64).powi(2)).abs() < 1e-6, "{found:?}");
         assert!((found.rms - 0.4 / 2.05).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_base_that_moves_with_the_noise_brings_no_difference_of_its_own() {
+        // Both eyes have the same skewed noise about a dark reference, so the method's luminance is the base.
+        let pairs = Pairs { candidates: 1, undecided: 0, different: 0, epsilon: 0.01, pairs: vec![[0, 0]] };
+        let dark = [[0.1f32; 3]];
+        let agreement = Agreement::new(&pairs, [&dark, &dark], [&dark, &dark]);
+        let mut stream = Stream::new(17, 1);
+        let once = |_: u32| {
+            let seeds: [[f64; 2]; 3] = std::array::from_fn(|_| [0, 1].map(|_| stream.normal().exp()));
+            let mut lasting = Lasting::new(&agreement);
+            seeds.iter().for_each(|[l, r]| lasting.add([l - r]));
+            let own = seeds.iter().map(|[l, r]| (l + r) / 2.0).sum::<f64>() / 3.0;
+            lasting.found(&[own]).expect("three seeds").unbiased.squared
+        };
+        let (mean, sd) = cyclopean_analysis::special::mean_sd(&(0..20_000).map(once).collect::<Vec<_>>());
+        let error = sd.expect("repetitions") / 20_000f64.sqrt();
+        assert!(mean.abs() < 4.0 * error && error < 0.01, "{mean} ± {error}");
+        // What only one eye sees where the reference is black has the largest contrast there is, 2.
+        let mut lasting = Lasting::new(&agreement);
+        (0..3).for_each(|_| lasting.add([5.0]));
+        assert_eq!(lasting.found(&[2.5]).expect("three seeds").unbiased.squared, 4.0);
     }
 
     #[test]

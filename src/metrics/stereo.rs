@@ -196,7 +196,7 @@ mod tests {
         let found = consistency.found().expect("pairs and frames");
         // The sums by group say what the running means do.
         if let (Some(systematic), Some(over_seeds)) = (found.systematic, consistency.over_seeds()) {
-            assert!((over_seeds.unbiased.rms - systematic.rms).abs() < 1e-3, "{over_seeds:?}");
+            assert!((over_seeds.unbiased.rms - systematic.rms).abs() < 3e-3, "{over_seeds:?}");
             let [lo, hi] = over_seeds.share.expect("frames");
             // Sums in another order round otherwise.
             assert!(lo - 1e-9 <= systematic.share && systematic.share <= hi + 1e-9, "{over_seeds:?}");
