@@ -64,7 +64,7 @@ pub struct Unbiased {
 /// Figures without each group of seeds in turn, from which intervals are made; empty where the seeds are too few.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Without {
-    /// Seeds in each group: the r-th round belongs to group r modulo 8.
+    /// Seeds in each group: round r, counted from 1, belongs to group (r − 1) modulo 8.
     pub seeds: Vec<u32>,
     pub systematic_unbiased: Vec<f64>,
     pub systematic_inconsistency: Vec<f64>,
