@@ -56,7 +56,7 @@ fn two_pictures_are_compared_without_a_gpu() {
             let scores = &report[eye][layer];
             let mse = scores["mse"].as_f64().expect("a number");
             assert!((mse - 0.01).abs() < 1e-6, "{eye} {layer}: {mse}");
-            for key in ["rse", "relmse", "ssim", "flip"] {
+            for key in ["rse", "relmse", "tonemapped_mse", "ssim", "flip"] {
                 assert!(scores[key].as_f64().is_some_and(|v| v > 0.0), "{eye} {layer} {key}: {scores}");
             }
         }
@@ -153,7 +153,8 @@ mod scenes {
             assert!(ms("total") > 0.0 && ms("total") >= ms("trace_resolve"), "{name}: {}", row["ms"]);
             assert!(ms("trace") > 0.0, "{name}");
             for eye in ["left", "right"] {
-                for key in ["rse", "relmse", "mse", "variance", "ssim", "flip", "reflection_ssim", "reflection_flip"] {
+                let errors = ["rse", "relmse", "mse", "tonemapped_mse", "composite_tonemapped_mse", "variance"];
+                for key in errors.into_iter().chain(["ssim", "flip", "reflection_ssim", "reflection_flip"]) {
                     assert!(number(&row[eye][key]) > 0.0, "{name} {eye} {key}: {}", row[eye]);
                 }
                 let [low, high] = [0, 1].map(|i| number(&row[eye]["intervals"]["mse"][i]));
@@ -164,6 +165,28 @@ mod scenes {
             }
             assert!((0.0..=1.0).contains(&number(&row["systematic_inconsistency"])), "{name}");
             assert!(number(&row["noise_variance"]) >= 0.0, "{name}");
+            let within = |value: &Value, interval: &Value| {
+                let [low, high] = [0, 1].map(|i| number(&interval[i]));
+                let (value, rounding) = (number(value), 1e-9 * number(value).abs());
+                assert!(low <= value + rounding && value - rounding <= high, "{name}: {value} in {interval}");
+            };
+            within(&row["systematic_inconsistency"], &row["systematic_inconsistency_interval"]);
+            within(&row["noise_variance"], &row["noise_variance_interval"]);
+            let unbiased = &row["systematic_unbiased"];
+            within(&unbiased["squared"], &unbiased["interval"]);
+            let root = number(&unbiased["squared"]).max(0.0).sqrt();
+            assert!((number(&unbiased["rms"]) - root).abs() < 1e-12, "{name}: {unbiased}");
+            // Three seeds are three groups of one.
+            assert_eq!(row["jackknife"]["seeds"], serde_json::json!([1, 1, 1]), "{name}");
+            for key in ["systematic_unbiased", "systematic_inconsistency", "noise_variance"] {
+                assert_eq!(row["jackknife"][key].as_array().map(Vec::len), Some(3), "{name} {key}");
+            }
+            let fireflies = ["left", "right"].map(|eye| number(&row[eye]["fireflies"]));
+            assert_eq!(number(&row["fireflies_total"]) > 0.0, fireflies[0] + fireflies[1] > 0.0, "{name}");
+            let measures = &row["rounds"]["measures"];
+            for key in ["tonemapped_mse", "composite_tonemapped_mse", "fireflies"] {
+                assert_eq!(measures[key].as_array().map(Vec::len), Some(3), "{name} {key}");
+            }
             let over = |percent: &str| number(&row["noise_over"][percent]);
             assert!(over("2") >= over("5") && over("5") >= over("10") && over("10") >= over("20"), "{name}");
         }
@@ -176,6 +199,29 @@ mod scenes {
         assert!(ratio("equal_sample", "measure", "mse") >= 2);
         assert!(ratio("overhead", "group", "total") >= 2);
         assert!(ratio("equal_time", "fallback", "black") == 2);
+        // What has no ratio is named instead.
+        for measure in ["relmse", "tonemapped_mse", "systematic_unbiased", "noise_variance", "bias2"] {
+            let named = ratio("equal_sample", "measure", measure) + ratio("left_out", "measure", measure);
+            assert_eq!(named, ratio("equal_sample", "measure", "mse"), "{measure}");
+        }
+        for r in scene["equal_time"].as_array().expect("a list") {
+            for key in ["relmse", "tonemapped_mse"] {
+                let quotient = number(&r[key]) / number(&r[format!("baseline_{key}")]);
+                assert!((number(&r[format!("{key}_ratio")]) / quotient - 1.0).abs() < 1e-9, "{key}: {r}");
+            }
+        }
+        let noise = |r: &&Value| r["measure"] == "noise_variance" && !r["interval"].is_null();
+        assert!(scene["equal_sample"].as_array().expect("a list").iter().any(|r| noise(&r)));
+        let summary = report["summary"].as_array().expect("a list");
+        for measure in ["equal_time_relmse", "equal_time_tonemapped_mse", "tonemapped_mse", "ms_total"] {
+            assert!(summary.iter().any(|s| s["measure"] == measure && s["scenes"] == 1), "{measure}");
+        }
+        for s in summary {
+            let left_out = s["left_out"].as_array().expect("a list");
+            assert_eq!(number(&s["scenes"]) + left_out.len() as f64, 1.0, "{s}");
+            assert!(left_out.iter().all(|l| l["scene"] == "room" && l["why"].is_string()), "{s}");
+            assert_eq!(s["geomean"].is_null(), s["scenes"] == 0, "{s}");
+        }
         let plots: Vec<String> = std::fs::read_dir(&out)
             .expect("the folder")
             .flatten()
@@ -188,6 +234,9 @@ mod scenes {
             assert!(svg.starts_with("<svg") && svg.contains(">stereo</text>") && !svg.contains("NaN"), "{plot}");
         }
         let tables = String::from_utf8(read("compare.md")).expect("UTF-8");
+        for column in ["tone-mapped MSE", "fireflies a megapixel", "lasting contrast², unbiased", "relMSE ratio"] {
+            assert!(tables.contains(column), "{column}: {tables}");
+        }
         assert!(tables.contains("Equal time") && tables.contains("**nowhere failed:**"), "{tables}");
         // What `mos report --metrics` takes from it.
         let metrics = cyclopean_analysis::report::metrics_from_compare(&out.join("compare.json")).expect("understood");

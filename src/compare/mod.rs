@@ -4,13 +4,17 @@
 //! and begins one configuration later than the round before, so that what drifts on a machine meets all alike.
 //! Definitions are in `docs/compare.md`.
 
+mod equal_time;
 mod plan;
 mod plot;
 mod ratios;
 mod reference;
 mod report;
 mod run;
+#[cfg(test)]
+mod sample;
 mod sheet;
+mod summary;
 mod tables;
 mod times;
 
@@ -84,6 +88,11 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
                     let file = format!("{}.svg", stem(&done, &fallback, before));
                     files::write_bytes(&options.out.join(file), svg.as_bytes())?;
                 }
+                for knob in plot::knobs(&done) {
+                    let family = knob.family.replace(['/', '\\', ' '], "-");
+                    let file = format!("{}_{family}_knob.svg", stem(&done, &knob.fallback, before));
+                    files::write_bytes(&options.out.join(file), knob.svg.as_bytes())?;
+                }
                 for (fallback, sheet) in sheets {
                     let path = options.out.join(format!("{}_steps.png", stem(&done, &fallback, before)));
                     picture::write_png(&path, sheet.width, sheet.height, &sheet.rgb)?;
@@ -96,7 +105,7 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
                 report.failed.push(Failure { scene: name.clone(), error: error.to_string() });
             }
         }
-        report.summary = ratios::over_scenes(&report.scenes);
+        report.summary = summary::over_scenes(&report.scenes);
         write(&options.out, &report)?;
     }
     Ok(report)

@@ -1,14 +1,18 @@
-//! Methods over the baseline: at equal samples, at equal time, pass by pass, and over all scenes.
+//! Methods over the baseline with as many samples: errors, inconsistency, and times pass by pass.
 
 use cyclopean_analysis::interval::student_t;
 
-use super::report::{EqualTime, Overhead, Ratio, Row, SceneReport, Summary};
+use super::report::{LeftOut, Overhead, Ratio, Row};
+use crate::metrics::jackknife::{self, Figure};
+use crate::metrics::lasting::Without;
 
 /// Measures with a value a round; the last two are compared as what they lack of 1.
-const BY_ROUND: [(&str, &str); 7] = [
+const BY_ROUND: [(&str, &str); 9] = [
     ("mse", "mse"),
     ("rse", "rse"),
     ("relmse", "relmse"),
+    ("tonemapped_mse", "tonemapped_mse"),
+    ("composite_tonemapped_mse", "composite_tonemapped_mse"),
     ("flip", "flip"),
     ("reflection_flip", "reflection_flip"),
     ("ssim", "one_minus_ssim"),
@@ -21,76 +25,68 @@ fn peers<'a>(rows: &'a [Row], baseline: &str) -> Vec<(&'a Row, &'a Row)> {
     rows.iter().filter(|r| r.method != baseline).filter_map(|r| Some((r, of_baseline(r)?))).collect()
 }
 
-/// Ratios of error and inconsistency.
-pub fn equal_sample(rows: &[Row], baseline: &str) -> Vec<Ratio> {
+/// One value over another, or why a geometric mean cannot hold that ratio.
+fn quotient(own: Option<f64>, base: Option<f64>) -> Result<f64, &'static str> {
+    let (Some(own), Some(base)) = (own, base) else { return Err("it is undefined there") };
+    match (own, base) {
+        _ if !own.is_finite() || !base.is_finite() => Err("it is not finite there"),
+        _ if own < 0.0 || base < 0.0 => Err("an estimate below 0 has no ratio"),
+        (_, 0.0) => Err("the baseline's is 0, so there is nothing to divide by"),
+        (0.0, _) => Err("the method's is 0, and 0 has no logarithm"),
+        _ => Ok(own / base),
+    }
+}
+
+impl LeftOut {
+    /// Of this row.
+    pub fn of(row: &Row, measure: String, why: &'static str) -> LeftOut {
+        LeftOut { method: row.method.clone(), spp: row.spp, fallback: row.fallback.clone(), measure, why }
+    }
+}
+
+/// Ratios of error and inconsistency; what has none is added to `left_out`.
+pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Ratio> {
     let mut ratios = Vec::new();
     for (row, base) in peers(rows, baseline) {
-        let mut add = |measure: &'static str, ratio: Option<f64>, interval: Option<[f64; 2]>| {
-            if let Some(ratio) = ratio.filter(|r| r.is_finite() && *r > 0.0) {
+        let mut add = |measure: &'static str, own, theirs, interval: Option<[f64; 2]>| match quotient(own, theirs) {
+            Ok(ratio) => {
                 let (method, fallback) = (row.method.clone(), row.fallback.clone());
                 ratios.push(Ratio { method, spp: row.spp, fallback, measure, ratio, interval });
             }
+            Err(why) => left_out.push(LeftOut::of(row, measure.to_owned(), why)),
         };
         for (measure, name) in BY_ROUND {
-            let (Some(own), Some(theirs)) = (row.rounds.measures.get(measure), base.rounds.measures.get(measure))
-            else {
-                continue;
-            };
             let error = |v: &f64| if name.starts_with("one_minus") { 1.0 - v } else { *v };
-            let (own, theirs): (Vec<f64>, Vec<f64>) =
-                (own.iter().map(error).collect(), theirs.iter().map(error).collect());
-            let (ratio, interval) = ratio_of_means(&own, &theirs);
-            add(name, ratio, interval);
+            let of =
+                |r: &Row| -> Vec<f64> { r.rounds.measures.get(measure).into_iter().flatten().map(error).collect() };
+            let (own, theirs) = (of(row), of(base));
+            add(name, mean(&own), mean(&theirs), ratio_of_means(&own, &theirs).1);
         }
-        let both = |f: &dyn Fn(&Row) -> Option<f64>| Some(f(row)? / f(base)?);
-        add("bias2", both(&|r| Some(r.left.bias2? + r.right.bias2?)), None);
-        add("variance", both(&|r| Some(r.left.variance? + r.right.variance?)), None);
-        add("systematic_inconsistency", both(&|r| r.systematic_inconsistency), None);
-        add("noise_variance", both(&|r| r.noise_variance), None);
+        let mut both = |measure: &'static str, f: fn(&Row) -> Option<f64>, without: Option<Group>| {
+            let interval = without.and_then(|of| over_groups([(row, f(row)?), (base, f(base)?)], of));
+            add(measure, f(row), f(base), interval);
+        };
+        both("bias2", |r| Some(r.left.bias2? + r.right.bias2?), None);
+        both("variance", |r| Some(r.left.variance? + r.right.variance?), None);
+        both("systematic_inconsistency", |r| r.systematic_inconsistency, Some(|w| &w.systematic_inconsistency));
+        both("systematic_unbiased", |r| Some(r.systematic_unbiased?.squared), Some(|w| &w.systematic_unbiased));
+        both("noise_variance", |r| r.noise_variance, Some(|w| &w.noise_variance));
     }
     ratios
 }
 
-/// The baseline's error where it takes as long as each method does; empty with fewer than two sample counts of it.
-pub fn equal_time(rows: &[Row], baseline: &str) -> Vec<EqualTime> {
-    let point = |row: &Row| Some((row.ms.get("total")?.ln(), row.both("mse")?.ln()));
-    let mut found = Vec::new();
-    for row in rows.iter().filter(|r| r.method != baseline) {
-        let of_baseline = rows.iter().filter(|b| b.method == baseline && b.fallback == row.fallback);
-        let mut curve: Vec<(f64, f64)> = of_baseline.filter_map(point).filter(finite).collect();
-        curve.sort_by(|a, b| a.0.total_cmp(&b.0));
-        curve.dedup_by(|a, b| a.0 == b.0);
-        let Some(own) = point(row).filter(finite) else { continue };
-        let Some((log_mse, extrapolated)) = along(&curve, own.0) else { continue };
-        found.push(EqualTime {
-            method: row.method.clone(),
-            spp: row.spp,
-            fallback: row.fallback.clone(),
-            ms: own.0.exp(),
-            mse: own.1.exp(),
-            baseline_mse: log_mse.exp(),
-            ratio: (own.1 - log_mse).exp(),
-            extrapolated,
-        });
-    }
-    found
+/// A figure without each group of seeds.
+type Group = fn(&Without) -> &[f64];
+
+/// The interval of a ratio whose figures are known without each group of seeds.
+fn over_groups([own, base]: [(&Row, f64); 2], of: Group) -> Option<[f64; 2]> {
+    let (a, b) = (own.0.jackknife.as_ref()?, base.0.jackknife.as_ref()?);
+    let (own, base) = (Figure { all: own.1, without: of(a) }, Figure { all: base.1, without: of(b) });
+    (a.seeds == b.seeds).then(|| jackknife::ratio(own, base, &a.seeds))?
 }
 
-fn finite(point: &(f64, f64)) -> bool {
-    point.0.is_finite() && point.1.is_finite()
-}
-
-/// y at x on the line through sorted points, and whether x lies outside them; `None` below two points.
-fn along(curve: &[(f64, f64)], x: f64) -> Option<(f64, bool)> {
-    let (first, last) = (curve.first()?, curve.last()?);
-    let after = curve.iter().position(|p| p.0 >= x).unwrap_or(curve.len() - 1).max(1);
-    let (a, b) = (curve.get(after - 1)?, curve.get(after)?);
-    let y = a.1 + (x - a.0) * (b.1 - a.1) / (b.0 - a.0);
-    Some((y, x < first.0 || x > last.0))
-}
-
-/// Ratios of times, round by round.
-pub fn overhead(rows: &[Row], baseline: &str) -> Vec<Overhead> {
+/// Ratios of times, round by round; what has none is added to `left_out`.
+pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Overhead> {
     let mut found = Vec::new();
     for (row, base) in peers(rows, baseline) {
         for group in row.ms.keys() {
@@ -100,6 +96,9 @@ pub fn overhead(rows: &[Row], baseline: &str) -> Vec<Overhead> {
                 .filter(|r| r.is_finite() && *r > 0.0)
                 .collect();
             if ratios.is_empty() {
+                let medians = quotient(row.ms.get(group).copied(), base.ms.get(group).copied());
+                let why = medians.err().unwrap_or("no round measured both");
+                left_out.push(LeftOut::of(row, format!("ms_{group}"), why));
                 continue;
             }
             ratios.sort_by(f64::total_cmp);
@@ -134,68 +133,26 @@ pub fn quartiles(sorted: &[f64]) -> [f64; 3] {
 /// Linearised: ln(mean a / mean b) moves by a_i/mean(a) − b_i/mean(b) over n with each pair, so those differences have
 /// its spread, and what both share of a seed's luck cancels.
 fn ratio_of_means(a: &[f64], b: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
-    let means = |v: &[f64]| crate::metrics::mean(v.iter().copied());
-    let (Some(mean_a), Some(mean_b)) = (means(a), means(b)) else { return (None, None) };
+    let (Some(mean_a), Some(mean_b)) = (mean(a), mean(b)) else { return (None, None) };
     let log = (mean_a / mean_b).ln();
     let influences: Vec<f64> = a.iter().zip(b).map(|(a, b)| log + a / mean_a - b / mean_b).collect();
     geometric(&influences)
 }
 
-/// Geometric mean and the 95 % Student t interval about it, from logarithms; the interval takes two.
-fn geometric(logs: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
-    let Some(mean) = crate::metrics::mean(logs.iter().copied()).filter(|m| m.is_finite()) else { return (None, None) };
-    let i = student_t(logs, 0.95);
-    (Some(mean.exp()), i.lo.zip(i.hi).map(|(lo, hi)| [lo.exp(), hi.exp()]))
+fn mean(values: &[f64]) -> Option<f64> {
+    crate::metrics::mean(values.iter().copied())
 }
 
-/// Geometric means over the scenes, each scene one vote.
-pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
-    let mut groups: Vec<(Summary, Vec<f64>)> = Vec::new();
-    let mut add = |method: &str, spp: u32, fallback: &str, measure: String, ratio: f64| {
-        let same = |s: &Summary| (s.method.as_str(), s.spp, s.fallback.as_str()) == (method, spp, fallback);
-        if let Some((summary, logs)) = groups.iter_mut().find(|(s, _)| same(s) && s.measure == measure) {
-            summary.worst = summary.worst.max(ratio);
-            logs.push(ratio.ln());
-            return;
-        }
-        let (method, fallback) = (method.to_owned(), fallback.to_owned());
-        let summary =
-            Summary { method, spp, fallback, measure, geomean: ratio, interval: None, worst: ratio, scenes: 0 };
-        groups.push((summary, vec![ratio.ln()]));
-    };
-    for scene in scenes {
-        for r in &scene.overhead {
-            add(&r.method, r.spp, &r.fallback, format!("ms_{}", r.group), r.median);
-        }
-        for r in &scene.equal_sample {
-            add(&r.method, r.spp, &r.fallback, r.measure.to_owned(), r.ratio);
-        }
-        for r in &scene.equal_time {
-            add(&r.method, r.spp, &r.fallback, "equal_time_mse".to_owned(), r.ratio);
-        }
-    }
-    let finish = |(summary, logs): (Summary, Vec<f64>)| {
-        let (mean, interval) = geometric(&logs);
-        Summary { geomean: mean.unwrap_or(summary.geomean), interval, scenes: logs.len(), ..summary }
-    };
-    groups.into_iter().map(finish).collect()
+/// Geometric mean and the 95 % Student t interval about it, from logarithms; the interval takes two.
+pub fn geometric(logs: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
+    let Some(mean) = mean(logs).filter(|m| m.is_finite()) else { return (None, None) };
+    let i = student_t(logs, 0.95);
+    (Some(mean.exp()), i.lo.zip(i.hi).map(|(lo, hi)| [lo.exp(), hi.exp()]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_in_logarithms_is_followed_and_prolonged() {
-        // error = 1 / time, measured at 1, 2 and 8 ms.
-        let curve: Vec<(f64, f64)> = [1.0f64, 2.0, 8.0].map(|t| (t.ln(), -t.ln())).to_vec();
-        for (t, outside) in [(1.0, false), (1.5, false), (4.0, false), (8.0, false), (0.5, true), (16.0, true)] {
-            let (y, extrapolated) = along(&curve, f64::ln(t)).expect("a curve");
-            assert!((y + f64::ln(t)).abs() < 1e-12, "at {t}: {y}");
-            assert_eq!(extrapolated, outside, "at {t}");
-        }
-        assert_eq!(along(&curve[..1], 0.0), None);
-    }
 
     #[test]
     fn quartiles_are_rs_type_7() {
@@ -216,6 +173,23 @@ mod tests {
         assert!((ratio.expect("four") - 0.5).abs() < 1e-12);
         let [lo, hi] = interval.expect("four");
         assert!(lo < 0.2 && hi > 1.0);
+    }
+
+    #[test]
+    fn what_has_no_ratio_says_why() {
+        assert_eq!(quotient(Some(1.0), Some(4.0)), Ok(0.25));
+        for (own, base, why) in [
+            (None, Some(1.0), "undefined"),
+            (Some(1.0), Some(0.0), "nothing to divide by"),
+            (Some(0.0), Some(0.0), "nothing to divide by"),
+            (Some(0.0), Some(1.0), "no logarithm"),
+            (Some(-1.0), Some(1.0), "below 0"),
+            (Some(1.0), Some(-1.0), "below 0"),
+            (Some(f64::INFINITY), Some(1.0), "not finite"),
+        ] {
+            let found = quotient(own, base).expect_err("no ratio");
+            assert!(found.contains(why), "{own:?} / {base:?}: {found}");
+        }
     }
 
     #[test]

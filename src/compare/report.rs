@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::plan::Options;
 use super::times::Groups;
 use crate::gpu::DeviceInfo;
+use crate::metrics::lasting::{Unbiased, Without};
 use crate::metrics::stereo::{Systematic, THRESHOLDS};
 use crate::render::Settings;
 
@@ -57,6 +58,19 @@ pub struct SceneReport {
     pub equal_time: Vec<EqualTime>,
     /// Times over the baseline's, taken within each round.
     pub overhead: Vec<Overhead>,
+    /// Ratios that the three lists above lack, and why: 0, without end or undefined.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A comparison with the baseline that has no ratio.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    pub method: String,
+    pub spp: u32,
+    pub fallback: String,
+    /// As [`Summary::measure`].
+    pub measure: String,
+    pub why: &'static str,
 }
 
 /// What the reference is worth.
@@ -103,13 +117,23 @@ pub struct Row {
     pub right: EyeReport,
     /// Null: no pairs.
     pub systematic_inconsistency: Option<f64>,
+    /// 95 % over seeds, delete-a-group jackknife; approximate, as the share counts what lies beyond a threshold.
+    pub systematic_inconsistency_interval: Option<[f64; 2]>,
     pub systematic: Option<Systematic>,
+    /// The squared lasting contrast that is not owed to the reference, without the noise of either.
+    pub systematic_unbiased: Option<Unbiased>,
     /// The same share beyond so many per cent.
     pub systematic_over: Option<BTreeMap<u32, f64>>,
     pub noise_variance: Option<f64>,
+    /// 95 % over seeds, delete-a-group jackknife.
+    pub noise_variance_interval: Option<[f64; 2]>,
     pub noise_variance_relative: Option<f64>,
     /// Share of pairs beyond so many per cent in single frames.
     pub noise_over: Option<BTreeMap<u32, f64>>,
+    /// What those intervals are made of: the three figures without each group of seeds in turn.
+    pub jackknife: Option<Without>,
+    /// Fireflies of both eyes and all seeds together; see `metrics::fireflies`.
+    pub fireflies_total: u64,
     /// Radiance beyond fp16 that was clamped, summed over the seeds.
     pub clamped: u64,
     /// By round, for other statistics than ours.
@@ -119,8 +143,9 @@ pub struct Row {
 /// One eye of a row: means over the seeds.
 #[derive(Debug, Clone, Serialize)]
 pub struct EyeReport {
-    /// `mse`, `rse`, `relmse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of the tone-mapped
-    /// composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`. Null: undefined.
+    /// `mse`, `rse`, `relmse`, `tonemapped_mse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of
+    /// the tone-mapped composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`,
+    /// `composite_tonemapped_mse`; `fireflies` of the composite per million pixels that trace. Null: undefined.
     #[serde(flatten)]
     pub means: BTreeMap<&'static str, Option<f64>>,
     pub bias2: Option<f64>,
@@ -143,16 +168,18 @@ pub struct Ratio {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// `mse`, `rse`, `relmse`, `flip`, `reflection_flip`, `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`,
-    /// `variance` (means of the eyes), `systematic_inconsistency`, `noise_variance`.
+    /// `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`,
+    /// `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`, `variance` (means of the eyes),
+    /// `systematic_inconsistency`, `systematic_unbiased` (of `squared`), `noise_variance`.
     pub measure: &'static str,
     /// Of the means over seeds; below 1: the method is better.
     pub ratio: f64,
-    /// 95 % Student t of its logarithm over pairs of seeds; null for what has no value a seed.
+    /// 95 % Student t of its logarithm over pairs of seeds; for consistency, which has no value a seed, the delete-a-group
+    /// jackknife's. Null for bias and variance, and where a logarithm does not exist.
     pub interval: Option<[f64; 2]>,
 }
 
-/// Mean squared error at equal time.
+/// Errors at equal time: the method's and the baseline's, means of the eyes.
 #[derive(Debug, Clone, Serialize)]
 pub struct EqualTime {
     pub method: String,
@@ -160,11 +187,18 @@ pub struct EqualTime {
     pub fallback: String,
     /// The method's median reflection time.
     pub ms: f64,
-    /// Mean of the eyes.
     pub mse: f64,
     /// Of the baseline at that time: log error over log time, linear between its measured sample counts.
     pub baseline_mse: f64,
+    /// Of the mean squared errors.
     pub ratio: f64,
+    /// Null: undefined, or without a curve; see `left_out` of the scene.
+    pub relmse: Option<f64>,
+    pub baseline_relmse: Option<f64>,
+    pub relmse_ratio: Option<f64>,
+    pub tonemapped_mse: Option<f64>,
+    pub baseline_tonemapped_mse: Option<f64>,
+    pub tonemapped_mse_ratio: Option<f64>,
     /// The time lies outside what was measured of the baseline; the nearest segment was prolonged.
     pub extrapolated: bool,
 }
@@ -187,14 +221,25 @@ pub struct Summary {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// As in [`Ratio`], or `equal_time_mse`, or `ms_` and a key of `ms`.
+    /// As in [`Ratio`], or `equal_time_mse`, `equal_time_relmse`, `equal_time_tonemapped_mse`, or `ms_` and a key of `ms`.
     pub measure: String,
-    pub geomean: f64,
+    /// Null: no scene has a ratio.
+    pub geomean: Option<f64>,
     /// 95 % Student t over the scenes' logarithms; null for one scene.
     pub interval: Option<[f64; 2]>,
-    /// The largest of the scenes.
-    pub worst: f64,
+    /// The largest of the scenes; null without any.
+    pub worst: Option<f64>,
+    /// Scenes that have a ratio.
     pub scenes: usize,
+    /// The other scenes that measured this method, samples and fallback.
+    pub left_out: Vec<SceneLeftOut>,
+}
+
+/// A scene whose ratio no geometric mean can hold.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneLeftOut {
+    pub scene: String,
+    pub why: &'static str,
 }
 
 impl Report {

@@ -8,21 +8,33 @@ use cyclopean_analysis::interval::student_t;
 
 use super::CompareError;
 use super::plan::{Configuration, Options, base_name};
-use super::ratios;
 use super::reference::Reference;
 use super::report::{EyeReport, PairsReport, ReferenceReport, Rounds, Row, SceneReport, by_percent};
 use super::times::{self, Groups};
+use super::{equal_time, ratios};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
 use crate::metrics::stereo::{Consistency, share_beyond};
-use crate::metrics::{Judge, Moments};
+use crate::metrics::{Agreement, Fireflies, Judge, Moments};
 use crate::picture::StereoPicture;
 use crate::render::{FrameReport, Prepared, Renderer, Settings};
 use crate::scene::{self, Fallback, Scene, View};
 
 /// What is measured of each eye in each round.
-const MEASURES: [&str; 9] =
-    ["mse", "rse", "relmse", "ssim", "flip", "reflection_ssim", "reflection_flip", "composite_mse", "composite_rse"];
+const MEASURES: [&str; 12] = [
+    "mse",
+    "rse",
+    "relmse",
+    "tonemapped_mse",
+    "ssim",
+    "flip",
+    "reflection_ssim",
+    "reflection_flip",
+    "composite_mse",
+    "composite_rse",
+    "composite_tonemapped_mse",
+    "fireflies",
+];
 
 type Measured = [Option<f64>; MEASURES.len()];
 
@@ -43,11 +55,12 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     }
     let judges = [0, 1].map(|eye| EyeJudge::new(&reference, eye, &masks[eye], scene.exposure, options));
 
+    let agreement = Agreement::new(&reference.pairs, reference.linear.eyes(), reference.again[0].eyes());
     let mut runs = Vec::new();
     for configuration in options.configurations(&scene) {
         let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
         let prepared = renderer.prepare(&camera, &configuration.method, &settings)?;
-        runs.push(Run::new(configuration, prepared, &reference));
+        runs.push(Run::new(configuration, prepared, &reference, &agreement));
     }
     rounds(&mut runs, &masks, &judges, options.seeds, &scene.name, console)?;
     // After the last frame, so that a message about any of them refuses the scene's numbers.
@@ -55,6 +68,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
 
     let results: Vec<Row> = runs.into_iter().map(|run| run.row(&reference, &masks)).collect();
     let baseline = base_name(&options.methods[0]);
+    let mut left_out = Vec::new();
     let pairs = &reference.pairs;
     let share = |n: u64| (pairs.candidates > 0).then(|| n as f64 / pairs.candidates as f64);
     Ok(SceneReport {
@@ -76,9 +90,10 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
             different: share(pairs.different),
             floor: share_beyond(pairs, reference.again[0].eyes()),
         },
-        equal_sample: ratios::equal_sample(&results, &baseline),
-        equal_time: ratios::equal_time(&results, &baseline),
-        overhead: ratios::overhead(&results, &baseline),
+        equal_sample: ratios::equal_sample(&results, &baseline, &mut left_out),
+        equal_time: equal_time::equal_time(&results, &baseline, &mut left_out),
+        overhead: ratios::overhead(&results, &baseline, &mut left_out),
+        left_out,
         baseline,
         results,
     })
@@ -123,10 +138,12 @@ fn rounds(
     Ok(())
 }
 
-/// One eye's reference, made ready: the reflection over the pixels that trace, the composite over all.
+/// One eye's reference, made ready: the reflection over the pixels that trace, the composite over all, and the fireflies
+/// of the composite among the pixels that trace.
 struct EyeJudge {
     reflection: Judge,
     composite: Judge,
+    fireflies: Fireflies,
 }
 
 impl EyeJudge {
@@ -135,18 +152,36 @@ impl EyeJudge {
         let judge = |picture: &StereoPicture, mask: Vec<bool>| {
             Judge::new(size, &picture.eyes[eye], mask, exposure, options.pixels_per_degree)
         };
+        let composite = judge(&reference.linear, vec![true; mask.len()]);
+        let shown = composite.displayed(&reference.linear.eyes[eye]);
         EyeJudge {
             reflection: judge(&reference.reflection, mask.to_vec()),
-            composite: judge(&reference.linear, vec![true; mask.len()]),
+            fireflies: Fireflies::new(size, &shown, mask.to_vec()),
+            composite,
         }
     }
 
-    /// In the order of [`MEASURES`].
-    fn measure(&self, reflection: &[[f32; 3]], composite: &[[f32; 3]]) -> Measured {
-        let (Some(r), Some(c)) = (self.reflection.of(reflection), self.composite.of(composite)) else {
-            return Measured::default();
-        };
-        [Some(r.mse), r.rse, r.relmse, c.ssim, c.flip, r.ssim, r.flip, Some(c.mse), c.rse]
+    /// In the order of [`MEASURES`], and the number of fireflies.
+    fn measure(&self, reflection: &[[f32; 3]], composite: &[[f32; 3]]) -> (Measured, u64) {
+        let shown = self.composite.displayed(composite);
+        let scores = (self.reflection.of(reflection), self.composite.of_displayed(composite, &shown));
+        let (Some(r), Some(c)) = scores else { return (Measured::default(), 0) };
+        let fireflies = self.fireflies.count(&shown);
+        let measured = [
+            Some(r.mse),
+            r.rse,
+            r.relmse,
+            Some(r.tonemapped_mse),
+            c.ssim,
+            c.flip,
+            r.ssim,
+            r.flip,
+            Some(c.mse),
+            c.rse,
+            Some(c.tonemapped_mse),
+            self.fireflies.per_megapixel(fireflies),
+        ];
+        (measured, fireflies)
     }
 }
 
@@ -160,11 +195,17 @@ struct Run<'a> {
     /// Of the reflection's channels over the pixels that trace.
     moments: [Moments; 2],
     consistency: Consistency<'a>,
+    fireflies: u64,
     clamped: u64,
 }
 
 impl<'a> Run<'a> {
-    fn new(configuration: Configuration, prepared: Prepared, reference: &'a Reference) -> Run<'a> {
+    fn new(
+        configuration: Configuration,
+        prepared: Prepared,
+        reference: &'a Reference,
+        agreement: &'a Agreement,
+    ) -> Run<'a> {
         Run {
             configuration,
             prepared,
@@ -172,7 +213,8 @@ impl<'a> Run<'a> {
             passes: Vec::new(),
             measured: [Vec::new(), Vec::new()],
             moments: [Moments::default(), Moments::default()],
-            consistency: Consistency::new(&reference.pairs),
+            consistency: Consistency::new(&reference.pairs, agreement),
+            fireflies: 0,
             clamped: 0,
         }
     }
@@ -194,8 +236,9 @@ impl<'a> Run<'a> {
             let own = eye(0, left);
             [own, other.join().expect("metrics do not panic on pictures of one size")]
         });
-        for (all, one) in self.measured.iter_mut().zip(measured) {
+        for (all, (one, fireflies)) in self.measured.iter_mut().zip(measured) {
             all.push(one);
+            self.fireflies += fireflies;
         }
         Ok(())
     }
@@ -212,6 +255,7 @@ impl<'a> Run<'a> {
         };
         let found = self.consistency.found();
         let systematic = found.and_then(|f| f.systematic);
+        let over_seeds = self.consistency.over_seeds();
         Row {
             method: self.configuration.name.clone(),
             spp: self.configuration.method.samples(),
@@ -223,11 +267,16 @@ impl<'a> Run<'a> {
             left: eye(0),
             right: eye(1),
             systematic_inconsistency: systematic.map(|s| s.share),
+            systematic_inconsistency_interval: over_seeds.as_ref().and_then(|o| o.share),
             systematic,
+            systematic_unbiased: over_seeds.as_ref().map(|o| o.unbiased),
             systematic_over: systematic.map(|s| by_percent(s.over)),
             noise_variance: found.and_then(|f| f.noise_variance),
+            noise_variance_interval: over_seeds.as_ref().and_then(|o| o.noise_variance),
             noise_variance_relative: found.and_then(|f| f.noise_variance_relative),
             noise_over: found.map(|f| by_percent(f.noise_over)),
+            jackknife: over_seeds.map(|o| o.without),
+            fireflies_total: self.fireflies,
             clamped: self.clamped,
             rounds: Rounds { measures: self.by_round(), ms: self.groups },
         }

@@ -41,6 +41,16 @@ pub fn errors(x: &[[f32; 3]], y: &[[f32; 3]], mask: &[bool]) -> Option<Errors> {
     })
 }
 
+/// Mean of (x − y)² over the channels of the pixels where `mask` holds; `None` where it never does.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn mean_square(x: &[[f32; 3]], y: &[[f32; 3]], mask: &[bool]) -> Option<f64> {
+    assert!(x.len() == y.len() && y.len() == mask.len(), "one value a pixel");
+    let masked = x.iter().zip(y).zip(mask).filter(|(_, m)| **m);
+    super::mean(masked.flat_map(|((x, y), _)| (0..3).map(|c| (f64::from(x[c]) - f64::from(y[c])).powi(2))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,6 +63,7 @@ mod tests {
         let e = errors(&x, &y, &[true, true, false]).expect("a mask");
         assert!((e.mse - 2.0 / 6.0).abs() < 1e-15);
         assert!((e.rse.expect("it varies") - 2.0 / 6.0).abs() < 1e-15);
+        assert!((mean_square(&x, &y, &[true, true, false]).expect("a mask") - e.mse).abs() < 1e-15);
         // ε = 1e-4: (1/1e-4 + 1/4.0001)/6
         assert!((e.relmse.expect("light") - (1e4 + 1.0 / 4.0001) / 6.0).abs() < 1e-9);
     }
@@ -60,6 +71,7 @@ mod tests {
     #[test]
     fn what_is_undefined_is_none() {
         assert_eq!(errors(&[[1.0; 3]], &[[1.0; 3]], &[false]), None);
+        assert_eq!(mean_square(&[[1.0; 3]], &[[1.0; 3]], &[false]), None);
         let constant = errors(&[[1.0; 3]; 2], &[[3.0; 3]; 2], &[true; 2]).expect("a mask");
         assert_eq!((constant.mse, constant.rse), (4.0, None));
         assert_eq!(errors(&[[1.0; 3]], &[[0.0; 3]], &[true]).expect("a mask").relmse, None);

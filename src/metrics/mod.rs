@@ -4,8 +4,11 @@
 //! units and sources are in `docs/compare.md`.
 
 pub mod error;
+pub mod fireflies;
 pub mod flip;
+pub mod jackknife;
 pub mod judge;
+pub mod lasting;
 pub mod moments;
 pub mod pairs;
 pub mod ssim;
@@ -13,8 +16,10 @@ pub mod stereo;
 pub mod tone;
 
 pub use error::{Errors, errors};
+pub use fireflies::Fireflies;
 pub use flip::Flip;
 pub use judge::{Judge, Scores};
+pub use lasting::Agreement;
 pub use moments::Moments;
 pub use pairs::{Pairs, Surfaces};
 pub use ssim::Ssim;

@@ -4,9 +4,9 @@
 //! inconsistency is that of the mean over seeds: missing geometry and fades. *Noise* inconsistency is the spread of
 //! L − R over seeds, and the contrast within single frames.
 
-use cyclopean_analysis::special::student_upper;
 use serde::Serialize;
 
+use super::lasting::{Agreement, Lasting, OverSeeds, chance, share};
 use super::luminance;
 use super::pairs::{MATCH, Pairs};
 
@@ -24,6 +24,7 @@ pub struct Consistency<'a> {
     squares: Vec<f64>,
     /// Pairs beyond each threshold, summed over frames.
     beyond: [u64; THRESHOLDS.len()],
+    lasting: Lasting<'a>,
 }
 
 /// What was found; shares are of the pairs.
@@ -58,9 +59,17 @@ pub struct Systematic {
 }
 
 impl<'a> Consistency<'a> {
-    pub fn new(pairs: &'a Pairs) -> Consistency<'a> {
+    /// `agreement` is what two references say of these pairs.
+    pub fn new(pairs: &'a Pairs, agreement: &'a Agreement) -> Consistency<'a> {
         let n = pairs.pairs.len();
-        Consistency { pairs, frames: 0, mean: vec![[0.0; 2]; n], squares: vec![0.0; n], beyond: [0; THRESHOLDS.len()] }
+        Consistency {
+            pairs,
+            frames: 0,
+            mean: vec![[0.0; 2]; n],
+            squares: vec![0.0; n],
+            beyond: [0; THRESHOLDS.len()],
+            lasting: Lasting::new(agreement),
+        }
     }
 
     /// Adds a frame: the linear composite of both eyes.
@@ -68,7 +77,7 @@ impl<'a> Consistency<'a> {
         self.frames += 1;
         let n = f64::from(self.frames);
         for ((pair, mean), squares) in self.pairs.pairs.iter().zip(&mut self.mean).zip(&mut self.squares) {
-            let seen = [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]));
+            let seen = seen(pair, eyes);
             let off = (seen[0] - seen[1]) - (mean[0] - mean[1]);
             for (m, l) in mean.iter_mut().zip(seen) {
                 *m += (l - *m) / n;
@@ -79,6 +88,14 @@ impl<'a> Consistency<'a> {
                 *count += u64::from(contrast > threshold);
             }
         }
+        self.lasting.add(self.pairs.pairs.iter().map(|pair| seen(pair, eyes)).map(|[l, r]| l - r));
+    }
+
+    /// The lasting difference without the noise of method and references, and intervals over the seeds; `None` below
+    /// two frames, or without pairs.
+    pub fn over_seeds(&self) -> Option<OverSeeds> {
+        let bases: Vec<f64> = self.mean.iter().map(|mean| base(*mean, self.pairs.epsilon)).collect();
+        self.lasting.found(&bases)
     }
 
     /// What the frames so far show; `None` without pairs or frames.
@@ -106,18 +123,13 @@ impl<'a> Consistency<'a> {
             let contrast = (mean[0] - mean[1]) / base;
             for (i, threshold) in THRESHOLDS.into_iter().enumerate() {
                 raw[i] += f64::from(u8::from(contrast.abs() > threshold)) / pairs;
-                // Nothing happens by chance where nothing varies.
-                let chance = if error > 0.0 { 2.0 * student_upper(threshold / error, n - 1.0) } else { 0.0 };
-                by_chance[i] += chance / pairs;
+                by_chance[i] += chance(threshold, error, n) / pairs;
             }
             square += contrast * contrast - error * error;
             variance += s2;
             relative += s2 / (base * base);
         }
-        let over = std::array::from_fn(|i| match by_chance[i] < 1.0 {
-            true => ((raw[i] - by_chance[i]) / (1.0 - by_chance[i])).max(0.0),
-            false => 0.0,
-        });
+        let over = std::array::from_fn(|i| share(raw[i], by_chance[i]));
         let rms = (square / pairs).max(0.0).sqrt();
         Some(Inconsistency {
             systematic: Some(Systematic { share: over[0], raw: raw[0], by_chance: by_chance[0], over, rms }),
@@ -132,9 +144,14 @@ impl<'a> Consistency<'a> {
 /// the floor of every method's raw share.
 pub fn share_beyond(pairs: &Pairs, eyes: [&[[f32; 3]]; 2]) -> Option<f64> {
     super::mean(pairs.pairs.iter().map(|pair| {
-        let seen = [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]));
+        let seen = seen(pair, eyes);
         f64::from(u8::from(weber(seen, pairs.epsilon) > MATCH))
     }))
+}
+
+/// Luminances of a pair.
+pub(super) fn seen(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
+    [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]))
 }
 
 fn base([l, r]: [f64; 2], epsilon: f64) -> f64 {
@@ -161,7 +178,9 @@ mod tests {
     fn found(frames: u32, noise: f64, share: f64, contrast: f64) -> Inconsistency {
         let pairs = pairs();
         let mut stream = Stream::new(5, 2);
-        let mut consistency = Consistency::new(&pairs);
+        let grey = vec![[1.0; 3]; N as usize];
+        let agreement = Agreement::new(&pairs, [&grey, &grey], [&grey, &grey]);
+        let mut consistency = Consistency::new(&pairs, &agreement);
         for _ in 0..frames {
             let mut eye = |offset: f64| -> Vec<[f32; 3]> {
                 (0..N)
@@ -174,7 +193,17 @@ mod tests {
             let (left, right) = (eye(contrast / 2.0), eye(-contrast / 2.0));
             consistency.add([&left, &right]);
         }
-        consistency.found().expect("pairs and frames")
+        let found = consistency.found().expect("pairs and frames");
+        // The sums by group say what the running means do.
+        if let (Some(systematic), Some(over_seeds)) = (found.systematic, consistency.over_seeds()) {
+            assert!((over_seeds.unbiased.rms - systematic.rms).abs() < 3e-3, "{over_seeds:?}");
+            let [lo, hi] = over_seeds.share.expect("frames");
+            // Sums in another order round otherwise.
+            assert!(lo - 1e-9 <= systematic.share && systematic.share <= hi + 1e-9, "{over_seeds:?}");
+            let [lo, hi] = over_seeds.noise_variance.expect("frames");
+            assert!((lo - 1e-9..=hi + 1e-9).contains(&found.noise_variance.expect("frames")), "{over_seeds:?}");
+        }
+        found
     }
 
     #[test]
@@ -213,6 +242,8 @@ mod tests {
         let one = found(1, 0.1, 0.0, 0.0);
         assert_eq!((one.systematic, one.noise_variance), (None, None));
         let none = Pairs { pairs: Vec::new(), ..pairs() };
-        assert!(Consistency::new(&none).found().is_none());
+        let agreement = Agreement::new(&none, [&[], &[]], [&[], &[]]);
+        let consistency = Consistency::new(&none, &agreement);
+        assert!(consistency.found().is_none() && consistency.over_seeds().is_none());
     }
 }

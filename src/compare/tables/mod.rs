@@ -1,11 +1,28 @@
 //! `compare.md`: the report as tables for people.
 
+mod summary;
+
 use std::fmt::Write as _;
 
-use super::report::{Report, Row, SceneReport, Summary};
+use super::report::{Report, Row, SceneReport};
 
 /// Groups of passes in the order of a frame.
 const GROUPS: [&str; 7] = ["total", "trace_resolve", "trace", "resolve", "backface", "depth_pyramid", "classify"];
+
+/// What is compared at equal samples: a column's title and the measure.
+const EQUAL_SAMPLE: [(&str, &str); 11] = [
+    ("MSE", "mse"),
+    ("relMSE", "relmse"),
+    ("tone-mapped MSE", "tonemapped_mse"),
+    ("1 − SSIM", "one_minus_ssim"),
+    ("1 − SSIM, reflection", "one_minus_reflection_ssim"),
+    ("FLIP", "flip"),
+    ("bias²", "bias2"),
+    ("variance", "variance"),
+    ("systematic", "systematic_inconsistency"),
+    ("lasting contrast²", "systematic_unbiased"),
+    ("noise", "noise_variance"),
+];
 
 /// The whole document. Definitions stand in `docs/compare.md`.
 pub fn markdown(report: &Report) -> String {
@@ -26,7 +43,7 @@ pub fn markdown(report: &Report) -> String {
         scene_section(&mut out, scene);
     }
     if report.scenes.len() > 1 {
-        summary(&mut out, &report.summary, report.scenes.len());
+        summary::summary(&mut out, &report.summary, report.scenes.len());
     }
     for failure in &report.failed {
         let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
@@ -98,7 +115,20 @@ fn times(out: &mut String, scene: &SceneReport) {
 
 fn errors(out: &mut String, scene: &SceneReport) {
     let title = "Error against the reference, left / right eye; ± half the 95 % interval over seeds";
-    let names = ["method", "MSE", "RSE", "relMSE", "bias²", "variance", "SSIM", "SSIM, reflection", "FLIP"];
+    let names = [
+        "method",
+        "MSE",
+        "RSE",
+        "relMSE",
+        "tone-mapped MSE",
+        "bias²",
+        "variance",
+        "SSIM",
+        "SSIM, reflection",
+        "FLIP",
+        "fireflies a megapixel",
+        "fireflies, all seeds and eyes",
+    ];
     head(out, title, &names, 1);
     for r in &scene.results {
         let eyes = [&r.left, &r.right];
@@ -115,11 +145,14 @@ fn errors(out: &mut String, scene: &SceneReport) {
             measured("mse", &short),
             measured("rse", &short),
             measured("relmse", &short),
+            measured("tonemapped_mse", &short),
             both(&|eye| short(eyes[eye].bias2)),
             both(&|eye| short(eyes[eye].variance)),
             measured("ssim", &fixed),
             measured("reflection_ssim", &fixed),
             measured("flip", &fixed),
+            measured("fireflies", &|v| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.1}"))),
+            r.fireflies_total.to_string(),
         ];
         row(out, cells.into_iter());
     }
@@ -134,6 +167,7 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
         "by chance",
         "systematic > 10 %",
         "RMS contrast",
+        "lasting contrast², unbiased",
         "variance of L − R",
         "relative",
         "> 2 %",
@@ -141,18 +175,28 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
         "> 10 %",
         "> 20 %",
     ];
-    head(out, "Inconsistency between the eyes, shares of the pairs; single frames from `> 2 %` on", &names, 1);
+    let title = "Inconsistency between the eyes, shares of the pairs; single frames from `> 2 %` on; \
+                 in brackets 95 % intervals over seeds";
+    head(out, title, &names, 1);
     for r in &scene.results {
         let over = |percents: u32| percent(r.noise_over.as_ref().and_then(|n| n.get(&percents).copied()));
         let s = r.systematic;
+        let within = |value: String, ends: Option<[f64; 2]>, print: &dyn Fn(Option<f64>) -> String| {
+            ends.map_or_else(
+                || value.clone(),
+                |[lo, hi]| format!("{value} ({} to {})", print(Some(lo)), print(Some(hi))),
+            )
+        };
+        let unbiased = r.systematic_unbiased;
         let cells = [
             row_label(scene, r),
-            percent(r.systematic_inconsistency),
+            within(percent(r.systematic_inconsistency), r.systematic_inconsistency_interval, &percent),
             percent(s.map(|s| s.raw)),
             percent(s.map(|s| s.by_chance)),
             percent(r.systematic_over.as_ref().and_then(|o| o.get(&10).copied())),
             percent(s.map(|s| s.rms)),
-            short(r.noise_variance),
+            within(short(unbiased.map(|u| u.squared)), unbiased.and_then(|u| u.interval), &short),
+            within(short(r.noise_variance), r.noise_variance_interval, &short),
             short(r.noise_variance_relative),
             over(2),
             over(5),
@@ -166,29 +210,26 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
 
 fn equal_sample(out: &mut String, scene: &SceneReport) {
     let title = format!("Equal samples: over `{}` with as many, 95 % interval over seeds", scene.baseline);
-    let names =
-        ["method", "MSE", "1 − SSIM", "1 − SSIM, reflection", "FLIP", "bias²", "variance", "systematic", "noise"];
-    let measures = [
-        "mse",
-        "one_minus_ssim",
-        "one_minus_reflection_ssim",
-        "flip",
-        "bias2",
-        "variance",
-        "systematic_inconsistency",
-        "noise_variance",
-    ];
+    let names: Vec<&str> = ["method"].into_iter().chain(EQUAL_SAMPLE.map(|(title, _)| title)).collect();
     head(out, &title, &names, 1);
     for r in scene.results.iter().filter(|r| r.method != scene.baseline) {
-        let cell = |measure: &&str| {
+        let cell = |(_, measure): &(&str, &str)| {
             let same = |q: &&super::report::Ratio| {
                 (&q.method, q.spp, &q.fallback, q.measure) == (&r.method, r.spp, &r.fallback, *measure)
             };
             scene.equal_sample.iter().find(same).map_or_else(|| "–".to_owned(), |q| ratio(q.ratio, q.interval))
         };
-        row(out, std::iter::once(row_label(scene, r)).chain(measures.iter().map(cell)));
+        row(out, std::iter::once(row_label(scene, r)).chain(EQUAL_SAMPLE.iter().map(cell)));
     }
     out.push('\n');
+    let missing = scene.left_out.iter().filter_map(|l| {
+        let title = EQUAL_SAMPLE.iter().find(|(_, measure)| *measure == l.measure)?.0;
+        Some(format!("`{}`, {title}: {}", label(scene, &l.method, l.spp, &l.fallback), l.why))
+    });
+    let missing: Vec<String> = missing.collect();
+    if !missing.is_empty() {
+        let _ = writeln!(out, "Without a ratio: {}.\n", missing.join("; "));
+    }
 }
 
 fn equal_time(out: &mut String, scene: &SceneReport) {
@@ -200,16 +241,20 @@ fn equal_time(out: &mut String, scene: &SceneReport) {
         );
         return;
     }
-    let title = format!("Equal time: MSE over that of `{}` at the same reflection time", scene.baseline);
-    head(out, &title, &["method", "ms", "MSE", "baseline's MSE", "ratio"], 1);
+    let title = format!("Equal time: errors over those of `{}` at the same reflection time", scene.baseline);
+    let names = ["method", "ms", "MSE", "baseline's MSE", "MSE ratio", "relMSE ratio", "tone-mapped MSE ratio"];
+    head(out, &title, &names, 1);
     for e in &scene.equal_time {
         let mark = if e.extrapolated { " (extrapolated)" } else { "" };
+        let other = |ratio: Option<f64>| ratio.map_or_else(|| "–".to_owned(), |r| format!("{r:.3}{mark}"));
         let cells = [
             label(scene, &e.method, e.spp, &e.fallback),
             format!("{:.2}", e.ms),
             short(Some(e.mse)),
             short(Some(e.baseline_mse)),
             format!("{:.3}{mark}", e.ratio),
+            other(e.relmse_ratio),
+            other(e.tonemapped_mse_ratio),
         ];
         row(out, cells.into_iter());
     }
@@ -229,54 +274,6 @@ fn overhead(out: &mut String, scene: &SceneReport) {
             scene.overhead.iter().find(same).map_or_else(|| "–".to_owned(), |o| ratio(o.median, Some(o.quartiles)))
         };
         row(out, std::iter::once(row_label(scene, r)).chain(GROUPS.iter().map(cell)));
-    }
-    out.push('\n');
-}
-
-fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
-    let _ = writeln!(out, "## All {scenes} scenes\n");
-    let times = [
-        ("total", "ms_total"),
-        ("trace + resolve", "ms_trace_resolve"),
-        ("trace", "ms_trace"),
-        ("resolve", "ms_resolve"),
-        ("MSE at equal time", "equal_time_mse"),
-    ];
-    let errors = [
-        ("MSE", "mse"),
-        ("1 − SSIM", "one_minus_ssim"),
-        ("1 − SSIM, reflection", "one_minus_reflection_ssim"),
-        ("FLIP", "flip"),
-        ("bias²", "bias2"),
-        ("variance", "variance"),
-        ("systematic", "systematic_inconsistency"),
-        ("noise", "noise_variance"),
-    ];
-    summary_table(out, summary, "Times, and error at equal time", &times);
-    summary_table(out, summary, "Equal samples", &errors);
-}
-
-/// Configurations by measures.
-fn summary_table(out: &mut String, summary: &[Summary], title: &str, measures: &[(&str, &str)]) {
-    let title = format!("{title}: geometric means of the scenes' ratios, 95 % interval over scenes; ≤ worst scene");
-    let names: Vec<&str> = ["method"].into_iter().chain(measures.iter().map(|m| m.0)).collect();
-    head(out, &title, &names, 1);
-    let mut seen: Vec<(&str, u32, &str)> = Vec::new();
-    let two = summary.iter().any(|s| s.fallback != summary[0].fallback);
-    for s in summary {
-        let which = (s.method.as_str(), s.spp, s.fallback.as_str());
-        if seen.contains(&which) {
-            continue;
-        }
-        seen.push(which);
-        let cell = |(_, measure): &(&str, &str)| {
-            let same = |o: &&Summary| (o.method.as_str(), o.spp, o.fallback.as_str()) == which && o.measure == *measure;
-            let text = |o: &Summary| format!("{}, ≤ {:.3}", ratio(o.geomean, o.interval), o.worst);
-            summary.iter().find(same).map_or_else(|| "–".to_owned(), text)
-        };
-        let name = format!("{}@{}", s.method, s.spp);
-        let name = if two { format!("{name}, {}", s.fallback) } else { name };
-        row(out, std::iter::once(name).chain(measures.iter().map(cell)));
     }
     out.push('\n');
 }

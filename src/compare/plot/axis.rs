@@ -1,0 +1,97 @@
+//! Values onto pixels, and where the ticks stand.
+
+/// How an axis grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scale {
+    Logarithmic,
+    Linear,
+}
+
+/// An axis onto pixels.
+pub struct Axis {
+    scale: Scale,
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Axis {
+    /// Logarithmic, around the values with a little air, at least a factor of two long.
+    pub fn around(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
+        let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
+        if !(low > 0.0 && high.is_finite() && low <= high) {
+            return None;
+        }
+        let air = (high / low).powf(0.08).max((2.0 / (high / low)).max(1.0).sqrt()).max(1.1);
+        Some(Axis { scale: Scale::Logarithmic, low: low / air, high: high * air, from, to })
+    }
+
+    /// Linear, from 0 to a little above the largest value; `None` where nothing lies above 0.
+    pub fn from_zero(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
+        let high = values.fold(0.0f64, f64::max);
+        (high > 0.0 && high.is_finite()).then_some(Axis { scale: Scale::Linear, low: 0.0, high: 1.08 * high, from, to })
+    }
+
+    pub fn at(&self, value: f64) -> f64 {
+        let share = match self.scale {
+            Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+        };
+        self.from + share * (self.to - self.from)
+    }
+
+    pub fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    /// Round values: of a logarithmic axis powers of ten, with 2 and 5 between where few decades are shown, at most a dozen;
+    /// of a linear one steps of 1, 2 or 5 times a power of ten, at most nine ticks.
+    pub fn ticks(&self) -> Vec<f64> {
+        if self.scale == Scale::Linear {
+            let least = (self.high - self.low) / 8.0;
+            let power = 10f64.powf(least.log10().floor());
+            let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= least).unwrap_or(least);
+            let first = (self.low / step).ceil() as i64;
+            // Counted in steps, so that no rounding adds up.
+            return (first..).map(|k| k as f64 * step).take_while(|t| self.holds(*t)).collect();
+        }
+        let decades = (self.high / self.low).log10();
+        let steps: &[f64] = match decades {
+            d if d < 0.7 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+            d if d < 3.0 => &[1.0, 2.0, 5.0],
+            _ => &[1.0],
+        };
+        let first = self.low.log10().floor() as i32;
+        let last = self.high.log10().ceil() as i32;
+        let all = (first..=last).flat_map(|e| steps.iter().map(move |s| s * 10f64.powi(e)));
+        all.filter(|t| self.holds(*t)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_few_and_round() {
+        let axis = |low, high| Axis { scale: Scale::Logarithmic, low, high, from: 0.0, to: 100.0 };
+        assert_eq!(axis(0.8, 30.0).ticks(), [1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(axis(1e-6, 2e-1).ticks().len(), 6);
+        assert!(axis(3.1, 9.0).ticks().len() >= 3);
+        assert_eq!(axis(1.0, 100.0).at(10.0), 50.0);
+        assert!(Axis::around([5.0].into_iter(), 0.0, 1.0).expect("one value").ticks().len() > 1);
+        assert!(Axis::around([0.0].into_iter(), 0.0, 1.0).is_none());
+        assert!(Axis::around(std::iter::empty(), 0.0, 1.0).is_none());
+    }
+
+    #[test]
+    fn a_linear_axis_begins_at_zero() {
+        let axis = Axis::from_zero([0.0, 1.3].into_iter(), 200.0, 100.0).expect("a value above 0");
+        assert_eq!((axis.at(0.0), axis.ticks().len()), (200.0, 8));
+        assert!((axis.at(1.3) - (200.0 - 100.0 / 1.08)).abs() < 1e-9);
+        assert!(Axis::from_zero([0.0].into_iter(), 0.0, 1.0).is_none());
+        let ticks = Axis::from_zero([4.0].into_iter(), 0.0, 1.0).expect("a value above 0").ticks();
+        assert_eq!(ticks, [0.0, 1.0, 2.0, 3.0, 4.0]);
+    }
+}

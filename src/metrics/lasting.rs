@@ -1,0 +1,346 @@
+//! The lasting difference between the eyes without the noise that a mean over few seeds still holds, and how sure the
+//! figures of consistency are of the seeds they were measured with.
+//!
+//! D_i is L − R of a pair with seed i; R₁ and R₂ are the same of two references with different seeds. Products of
+//! independent errors vanish on average, so (D_i − R₁)·(D_j − R₂) with i ≠ j is right in the mean, at any noise of the
+//! method and of the references. With m = (R₁ + R₂)/2, h = (R₁ − R₂)/2 and C_i = D_i − m its average over all i ≠ j, both
+//! ways round, is (S² − Q)/(n(n − 1)) − h², S = Σ C_i, Q = Σ C_i².
+
+use cyclopean_analysis::special::student_upper;
+use serde::Serialize;
+
+use super::jackknife::{self, Figure, GROUPS};
+use super::pairs::{MATCH, Pairs};
+use super::stereo::seen;
+
+/// What two references with different seeds say of each pair.
+#[derive(Debug, Clone)]
+pub struct Agreement {
+    /// m: mean of both references' L − R, luminance.
+    middle: Vec<f64>,
+    /// h²: squared half of what the two disagree in.
+    apart: Vec<f64>,
+    /// Mean luminance of both eyes in both references, at least ε.
+    base: Vec<f64>,
+}
+
+impl Agreement {
+    /// Of the linear composites of both eyes.
+    pub fn new(pairs: &Pairs, first: [&[[f32; 3]]; 2], second: [&[[f32; 3]]; 2]) -> Agreement {
+        let mut found = Agreement { middle: Vec::new(), apart: Vec::new(), base: Vec::new() };
+        for pair in &pairs.pairs {
+            let (a, b) = (seen(pair, first), seen(pair, second));
+            let (r1, r2) = (a[0] - a[1], b[0] - b[1]);
+            found.middle.push((r1 + r2) / 2.0);
+            found.apart.push(((r1 - r2) / 2.0).powi(2));
+            found.base.push(((a[0] + a[1] + b[0] + b[1]) / 4.0).max(pairs.epsilon));
+        }
+        found
+    }
+}
+
+/// Sums over the seeds of each group, so that a thousand seeds take no more memory than eight.
+#[derive(Debug, Clone)]
+pub struct Lasting<'a> {
+    agreement: &'a Agreement,
+    /// Seeds added so far by group.
+    sizes: [u32; GROUPS],
+    /// By pair and group, ΣC and ΣC².
+    sums: Vec<[[f64; 2]; GROUPS]>,
+}
+
+/// The squared lasting contrast of the pairs that the reference does not have itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Unbiased {
+    /// Mean over pairs of the average of (D_i − R₁)(D_j − R₂) over i ≠ j, over the pair's squared mean luminance: the
+    /// references' or the method's over all seeds, whichever is larger. Noise alone estimates 0 on average and may well give a value below 0.
+    pub squared: f64,
+    /// √ of `squared`, 0 where that is negative; a Weber contrast.
+    pub rms: f64,
+    /// 95 % of `squared` over seeds, the references as they are; null below three seeds.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// Figures without each group of seeds in turn, from which intervals are made; empty where the seeds are too few.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Without {
+    /// Seeds in each group: round r, counted from 1, belongs to group (r − 1) modulo 8.
+    pub seeds: Vec<u32>,
+    pub systematic_unbiased: Vec<f64>,
+    pub systematic_inconsistency: Vec<f64>,
+    pub noise_variance: Vec<f64>,
+}
+
+/// What is known over the seeds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OverSeeds {
+    pub unbiased: Unbiased,
+    /// 95 % of [`super::stereo::Systematic::share`], within 0 to 1. Approximate: the share counts means beyond a threshold.
+    pub share: Option<[f64; 2]>,
+    /// 95 % of the mean variance of L − R, not below 0; luminance².
+    pub noise_variance: Option<[f64; 2]>,
+    pub without: Without,
+}
+
+/// Sums of a pair over some of the seeds.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    n: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Part {
+    /// Average of C_i·C_j over i ≠ j.
+    fn product(self) -> f64 {
+        (self.sum * self.sum - self.squares) / (self.n * (self.n - 1.0))
+    }
+
+    /// With n − 1; rounding makes nothing negative.
+    fn variance(self) -> f64 {
+        ((self.squares - self.sum * self.sum / self.n) / (self.n - 1.0)).max(0.0)
+    }
+}
+
+/// The figures of some of the seeds.
+#[derive(Debug, Clone, Copy, Default)]
+struct Figures {
+    unbiased: f64,
+    share: f64,
+    noise_variance: f64,
+}
+
+impl<'a> Lasting<'a> {
+    pub fn new(agreement: &'a Agreement) -> Lasting<'a> {
+        Lasting { agreement, sizes: [0; GROUPS], sums: vec![[[0.0; 2]; GROUPS]; agreement.base.len()] }
+    }
+
+    /// Adds the next seed's L − R, luminance, in the order of the pairs.
+    pub fn add(&mut self, differences: impl IntoIterator<Item = f64>) {
+        let group = self.sizes.iter().sum::<u32>() as usize % GROUPS;
+        self.sizes[group] += 1;
+        for ((sums, middle), d) in self.sums.iter_mut().zip(&self.agreement.middle).zip(differences) {
+            let c = d - middle;
+            sums[group][0] += c;
+            sums[group][1] += c * c;
+        }
+    }
+
+    /// What the seeds so far show; `None` below two seeds or without pairs. `bases` are the pairs' mean luminances over
+    /// the method's own seeds, at least ε: what the systematic share is relative to. All groups share them.
+    pub fn found(&self, bases: &[f64]) -> Option<OverSeeds> {
+        let n: u32 = self.sizes.iter().sum();
+        if n < 2 || self.sums.is_empty() {
+            return None;
+        }
+        let sizes: Vec<u32> = self.sizes.iter().copied().filter(|m| *m > 0).collect();
+        // What is left without any group must have a variance.
+        let groups = if n - sizes[0] >= 2 { 0..sizes.len() } else { 0..0 };
+        let (all, without) = std::thread::scope(|scope| {
+            let parts: Vec<_> = groups.map(|g| scope.spawn(move || self.figures(Some(g), bases))).collect();
+            let all = self.figures(None, bases);
+            let join = |t: std::thread::ScopedJoinHandle<'_, Figures>| t.join().expect("sums do not panic");
+            (all, parts.into_iter().map(join).collect::<Vec<_>>())
+        });
+        let list = |of: fn(&Figures) -> f64| without.iter().map(of).collect::<Vec<_>>();
+        let without = Without {
+            seeds: sizes,
+            systematic_unbiased: list(|f| f.unbiased),
+            systematic_inconsistency: list(|f| f.share),
+            noise_variance: list(|f| f.noise_variance),
+        };
+        let interval = |all: f64, left: &[f64]| jackknife::interval(Figure { all, without: left }, &without.seeds);
+        let clamped = |ends: Option<[f64; 2]>, most: f64| ends.map(|e| e.map(|v| v.clamp(0.0, most)));
+        Some(OverSeeds {
+            unbiased: Unbiased {
+                squared: all.unbiased,
+                rms: all.unbiased.max(0.0).sqrt(),
+                interval: interval(all.unbiased, &without.systematic_unbiased),
+            },
+            share: clamped(interval(all.share, &without.systematic_inconsistency), 1.0),
+            noise_variance: clamped(interval(all.noise_variance, &without.noise_variance), f64::INFINITY),
+            without,
+        })
+    }
+
+    /// Of all seeds but those of one group.
+    fn figures(&self, without: Option<usize>, bases: &[f64]) -> Figures {
+        let kept = |group: usize| Some(group) != without;
+        let n: u32 = (0..GROUPS).filter(|g| kept(*g)).map(|g| self.sizes[g]).sum();
+        let (mut sum, mut raw, mut by_chance) = (Figures::default(), 0.0, 0.0);
+        for (pair, (sums, own_base)) in self.sums.iter().zip(bases).enumerate() {
+            let mut part = Part { n: f64::from(n), sum: 0.0, squares: 0.0 };
+            for (_, [c, squares]) in sums.iter().enumerate().filter(|(g, _)| kept(*g)) {
+                part.sum += c;
+                part.squares += squares;
+            }
+            // Neither base alone bounds the contrast: where it is nearly black and the other is not, one pair would
+            // outweigh all others.
+            let base = self.agreement.base[pair].max(*own_base);
+            sum.unbiased += (part.product() - self.agreement.apart[pair]) / (base * base);
+            let variance = part.variance();
+            sum.noise_variance += variance;
+            let contrast = (part.sum / part.n + self.agreement.middle[pair]) / own_base;
+            raw += f64::from(u8::from(contrast.abs() > MATCH));
+            by_chance += chance(MATCH, (variance / part.n).sqrt() / own_base, part.n);
+        }
+        let pairs = self.sums.len() as f64;
+        Figures {
+            unbiased: sum.unbiased / pairs,
+            share: share(raw / pairs, by_chance / pairs),
+            noise_variance: sum.noise_variance / pairs,
+        }
+    }
+}
+
+/// The probability that noise alone brings a mean contrast of n seeds beyond the threshold; `error` is the standard
+/// error of that contrast. Nothing happens by chance where nothing varies.
+pub(super) fn chance(threshold: f64, error: f64, n: f64) -> f64 {
+    if error > 0.0 { 2.0 * student_upper(threshold / error, n - 1.0) } else { 0.0 }
+}
+
+/// Storey's estimate of the share that truly lies beyond a threshold, from the share that does and the share that
+/// noise alone would bring there.
+pub(super) fn share(raw: f64, by_chance: f64) -> f64 {
+    if by_chance < 1.0 { ((raw - by_chance) / (1.0 - by_chance)).max(0.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cyclopean_analysis::chance::Stream;
+
+    /// Pairs of mean luminance 2 that differ by `lasting` in a method and by `owed` in the references' limit.
+    struct World {
+        pairs: u32,
+        seeds: u32,
+        lasting: f64,
+        owed: f64,
+        /// Standard deviations of L − R.
+        noise: f64,
+        reference_noise: f64,
+    }
+
+    impl World {
+        fn found(&self, stream: &mut Stream) -> OverSeeds {
+            let count = self.pairs as usize;
+            let pairs = (0..self.pairs).map(|i| [i, i]).collect();
+            let pairs = Pairs { candidates: self.pairs.into(), undecided: 0, different: 0, epsilon: 0.01, pairs };
+            let right = vec![[2.0f32; 3]; count];
+            let mut reference = || -> Vec<[f32; 3]> {
+                let left = |_| [(2.0 + self.owed + self.reference_noise * stream.normal()) as f32; 3];
+                (0..count).map(left).collect()
+            };
+            let (first, second) = (reference(), reference());
+            let agreement = Agreement::new(&pairs, [&first, &right], [&second, &right]);
+            let mut lasting = Lasting::new(&agreement);
+            for _ in 0..self.seeds {
+                lasting.add((0..count).map(|_| self.lasting + self.noise * stream.normal()));
+            }
+            lasting.found(&vec![2.0; count]).expect("pairs and seeds")
+        }
+
+        /// Mean of `squared` over repetitions and its standard error.
+        fn squared(&self, repetitions: u32) -> (f64, f64) {
+            let mut stream = Stream::new(11, u64::from(self.seeds));
+            let values: Vec<f64> = (0..repetitions).map(|_| self.found(&mut stream).unbiased.squared).collect();
+            let (mean, sd) = cyclopean_analysis::special::mean_sd(&values);
+            (mean, sd.expect("repetitions") / f64::from(repetitions).sqrt())
+        }
+    }
+
+    #[test]
+    fn noise_of_method_and_references_drops_out() {
+        for seeds in [2, 3, 9] {
+            // The references differ between the eyes as well, and the method as they do: nothing is left.
+            for owed in [0.0, 0.3] {
+                let world = World { pairs: 20, seeds, lasting: owed, owed, noise: 0.8, reference_noise: 0.2 };
+                let (mean, error) = world.squared(1500);
+                // A naive D̄² would be 0.64/n larger before it is divided by 4.
+                assert!(mean.abs() < 4.0 * error && error < 0.005, "{seeds} seeds: {mean} ± {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_known_offset_is_recovered_from_few_seeds() {
+        for seeds in [2, 3, 5] {
+            let world = World { pairs: 20, seeds, lasting: 0.5, owed: 0.1, noise: 0.8, reference_noise: 0.2 };
+            let (mean, error) = world.squared(1500);
+            // (0.4 / 2)², the base a little noisy: 0.2 of noise in one of four luminances moves it by a part in 10⁴.
+            assert!((mean - 0.04).abs() < 4.0 * error + 1e-3 * 0.04, "{seeds} seeds: {mean} ± {error}");
+        }
+        let exact = World { pairs: 5, seeds: 3, lasting: 0.5, owed: 0.1, noise: 0.0, reference_noise: 0.0 };
+        let found = exact.found(&mut Stream::new(1, 1)).unbiased;
+        // Base: (2.1 + 2)/2.
+        assert!((found.squared - (0.4 / 2.05f64).powi(2)).abs() < 1e-6, "{found:?}");
+        assert!((found.rms - 0.4 / 2.05).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_base_that_moves_with_the_noise_brings_no_difference_of_its_own() {
+        // Both eyes have the same skewed noise about a dark reference, so the method's luminance is the base.
+        let pairs = Pairs { candidates: 1, undecided: 0, different: 0, epsilon: 0.01, pairs: vec![[0, 0]] };
+        let dark = [[0.1f32; 3]];
+        let agreement = Agreement::new(&pairs, [&dark, &dark], [&dark, &dark]);
+        let mut stream = Stream::new(17, 1);
+        let once = |_: u32| {
+            let seeds: [[f64; 2]; 3] = std::array::from_fn(|_| [0, 1].map(|_| stream.normal().exp()));
+            let mut lasting = Lasting::new(&agreement);
+            seeds.iter().for_each(|[l, r]| lasting.add([l - r]));
+            let own = seeds.iter().map(|[l, r]| (l + r) / 2.0).sum::<f64>() / 3.0;
+            lasting.found(&[own]).expect("three seeds").unbiased.squared
+        };
+        let (mean, sd) = cyclopean_analysis::special::mean_sd(&(0..20_000).map(once).collect::<Vec<_>>());
+        let error = sd.expect("repetitions") / 20_000f64.sqrt();
+        assert!(mean.abs() < 4.0 * error && error < 0.01, "{mean} ± {error}");
+        // What only one eye sees where the reference is black has the largest contrast there is, 2.
+        let mut lasting = Lasting::new(&agreement);
+        (0..3).for_each(|_| lasting.add([5.0]));
+        assert_eq!(lasting.found(&[2.5]).expect("three seeds").unbiased.squared, 4.0);
+    }
+
+    #[test]
+    fn intervals_hold_the_truth_about_95_times_in_100() {
+        // 21 seeds fall into groups of three and of two.
+        for seeds in [16, 21] {
+            let world = World { pairs: 40, seeds, lasting: 0.5, owed: 0.1, noise: 0.8, reference_noise: 0.0 };
+            let truth = (0.4 / 2.05f64).powi(2);
+            let mut stream = Stream::new(13, u64::from(seeds));
+            let (mut squared, mut variance) = (0, 0);
+            for _ in 0..1000 {
+                let found = world.found(&mut stream);
+                let [lo, hi] = found.unbiased.interval.expect("eight groups");
+                squared += u32::from(lo <= truth && truth <= hi);
+                let [lo, hi] = found.noise_variance.expect("eight groups");
+                variance += u32::from((lo..=hi).contains(&0.64));
+            }
+            // Three standard errors of 1,000 tries are 2 %.
+            for held in [squared, variance] {
+                assert!((930..=975).contains(&held), "{seeds} seeds: {squared} and {variance} of 1,000");
+            }
+        }
+    }
+
+    #[test]
+    fn the_share_is_that_of_the_consistency_and_has_an_interval() {
+        let world = World { pairs: 3000, seeds: 16, lasting: 0.0, owed: 0.0, noise: 0.1, reference_noise: 0.0 };
+        let [lo, hi] = world.found(&mut Stream::new(2, 1)).share.expect("eight groups");
+        assert!(lo == 0.0 && hi < 0.1, "{lo} {hi}");
+        let world = World { lasting: 0.5, ..world };
+        let found = world.found(&mut Stream::new(2, 1));
+        assert_eq!(found.share, Some([1.0; 2]));
+        assert_eq!(found.without.seeds, [2; 8]);
+    }
+
+    #[test]
+    fn too_few_seeds_have_no_interval() {
+        let world = World { pairs: 4, seeds: 2, lasting: 0.5, owed: 0.1, noise: 0.1, reference_noise: 0.0 };
+        let two = world.found(&mut Stream::new(2, 1));
+        assert_eq!((two.unbiased.interval, two.share, two.noise_variance), (None, None, None));
+        assert!(two.unbiased.squared.is_finite() && two.without.noise_variance.is_empty());
+        let three = World { seeds: 3, ..world }.found(&mut Stream::new(2, 1));
+        assert!(three.unbiased.interval.is_some());
+        assert_eq!(three.without.seeds, [1; 3]);
+    }
+}
