@@ -24,7 +24,7 @@ layout(binding = 5) uniform usampler2DArray guide_image;
 // The known share of the light, C·L, and C.
 layout(binding = 6) uniform sampler2DArray known_image;
 // x: Σ w of the taps; y: mean of 1/(distance from the eye over the surface to what is reflected): the scale in which
-// disparities are even. 0: nobody knows.
+// disparities are even, 0: nobody knows; z: variance of the known light's luminance.
 layout(binding = 7) uniform sampler2DArray standing_image;
 layout(binding = 8) uniform sampler2D environment_map;
 layout(binding = 9) uniform sampler2D irradiance_map;
@@ -32,8 +32,6 @@ layout(binding = 10) uniform sampler2D specular_map;
 layout(binding = 11) uniform sampler2D brdf_table;
 layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
-// x: variance of the known light's luminance.
-layout(binding = 14) uniform sampler2DArray moment_image;
 
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
@@ -52,10 +50,8 @@ struct Known {
 };
 
 Known load_known(ivec3 texel) {
-    vec2 standing = texelFetch(standing_image, texel, 0).xy;
-    float variance = 0.0;
-    if (BY_VARIANCE != 0u) variance = texelFetch(moment_image, texel, 0).x;
-    return Known(texelFetch(known_image, texel, 0), standing.x, standing.y, variance);
+    vec3 standing = texelFetch(standing_image, texel, 0).xyz;
+    return Known(texelFetch(known_image, texel, 0), standing.x, standing.y, standing.z);
 }
 
 // From the surface to what it reflects, metres.
@@ -98,10 +94,9 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
     lobe = 0.0;
     float aim = 0.0;
     vec2 surface_pixel, image_pixel;
-    bool surface_seen = image_in(p, other, 0.0, surface_pixel);
     if (own.light.a <= 0.0) {
         // It knows no distance of its own: the other eye may, about the same place of the surface.
-        if (FILLING == 0u || !surface_seen) return false;
+        if (FILLING == 0u || !image_in(p, other, 0.0, surface_pixel)) return false;
         ivec3 there = ivec3(ivec2(surface_pixel), other);
         Guide g = load_guide(there);
         vec3 position = render_position(other, vec2(there.xy) + 0.5, g.depth);
@@ -118,7 +113,8 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
     float tolerance = max(1.0, lobe) + 0.5;
     bool image_seen = image_in(p, other, aim, image_pixel);
     if (image_seen && agrees(p, aim, image_pixel, tolerance, pair)) return true;
-    if (LOBE_TOLERANCE == 0u || is_mirror(p.surface) || !image_seen || !surface_seen) return false;
+    if (LOBE_TOLERANCE == 0u || is_mirror(p.surface) || !image_seen) return false;
+    if (!image_in(p, other, 0.0, surface_pixel)) return false;
     return distance(surface_pixel, image_pixel) <= lobe &&
            agrees(p, 0.0, surface_pixel, tolerance, pair);
 }

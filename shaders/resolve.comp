@@ -46,16 +46,15 @@ layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 14, rgba32f) uniform image2DArray sum_image;
 layout(binding = 15, rgba32f) uniform image2DArray weight_image;
-// x: Σ w; y: see reproject.comp.
-layout(binding = 16, rg32f) uniform image2DArray standing_image;
+// x: Σ w; y: see reproject.comp; z: variance of the known light's luminance. Between the samples of a pixel Σ a², the sum
+// of y, Σ x², Σ x·a of the taps' light x and weight a.
+layout(binding = 16, rgba32f) uniform image2DArray standing_image;
 // Radiance of rays that brought their own, at their own pixel.
 layout(binding = 17) uniform sampler2DArray ray_radiance_image;
-// x: variance of the known light's luminance; over several samples first the sums that it follows from.
-layout(binding = 18, rgba32f) uniform image2DArray moment_image;
 // With ADAPTIVE: the reflection of pixels that are finished here, and the list of the others.
-layout(binding = 19, rgba16f) writeonly uniform image2DArray finished_image;
-layout(binding = 20, std430) writeonly buffer Visible { uint visible[]; };
-layout(binding = 21, std430) buffer VisibleArguments { uint visible_arguments[4]; };
+layout(binding = 18, rgba16f) writeonly uniform image2DArray finished_image;
+layout(binding = 19, std430) writeonly buffer Visible { uint visible[]; };
+layout(binding = 20, std430) buffer VisibleArguments { uint visible_arguments[4]; };
 layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 
 #include "common/append.glsl"
@@ -67,9 +66,10 @@ layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 #include "common/outgoing.glsl"
 #include "common/store.glsl"
 
-// Firefly: no tap may bring more than this share of the pixel's light …
+// Against fireflies: no tap may bring more than this share of the pixel's light …
 const float MOST_SHARE = 0.2;
-// … unless it is at most this much brighter than the pixel, or brings no more than this, where display white is 1.
+// … unless it is at most this much brighter than the other taps' mean, or brings no more than this of display white
+// (more where there are few taps to judge by: white of one tap alone).
 const float ALWAYS_BRIGHTNESS = 2.0;
 const float ALWAYS_DISPLAYED = 0.02;
 
@@ -224,29 +224,29 @@ void gather_balance(inout Sums sums, Pixel p, float eye_distance, int reach, int
     accumulate(sums, p, eye_distance, own, w, own_l, own_far, p.texel);
 }
 
+// The most that tap i may bring where all taps together bring `total`; luminances of Σ w·c·L.
+float most_of(int i, float always, float total, float all_weight) {
+    float others = max(total - tap_light[i], 0.0) / max(all_weight - tap_weight[i], 1e-12);
+    return always + max(MOST_SHARE * total, ALWAYS_BRIGHTNESS * tap_weight[i] * others);
+}
+
 // No tap may bring more than its share of the pixel's light: where one does, it is lowered until it does not. The
 // largest such light is the fixed point of the map from the light to the sum of the lowered taps, and the sum of all
 // taps lies above it. Returns the factor for the light. earlier: Σ w·c·L and Σ w·c of the earlier samples, luminances.
 float bound_taps(float display_scale, float light, float weight, vec2 earlier) {
     if (light <= 0.0) return 1.0;
     float all_weight = earlier.y + weight;
-    float always = all_weight * ALWAYS_DISPLAYED / max(display_scale, 1e-6);
+    float displayed = max(ALWAYS_DISPLAYED, 1.0 / square(float(taps)));
+    float always = all_weight * displayed / max(display_scale, 1e-6);
     float bounded = light;
-    for (int pass = 0; pass < 8; ++pass) {
-        float total = earlier.x + bounded, sum = 0.0;
+    for (int pass = 0; pass < 12; ++pass) {
+        float sum = 0.0;
         for (int i = 0; i < taps; ++i) {
-            float most = always + total * max(MOST_SHARE, ALWAYS_BRIGHTNESS * tap_weight[i] / all_weight);
-            sum += min(tap_light[i], most);
+            tap_light[i] = min(tap_light[i], most_of(i, always, earlier.x + bounded, all_weight));
+            sum += tap_light[i];
         }
-        if (sum >= bounded * 0.999) break;
+        if (sum >= bounded * 0.99) break;
         bounded = sum;
-    }
-    if (bounded < light) {
-        float total = earlier.x + bounded;
-        for (int i = 0; i < taps; ++i) {
-            float most = always + total * max(MOST_SHARE, ALWAYS_BRIGHTNESS * tap_weight[i] / all_weight);
-            tap_light[i] = min(tap_light[i], most);
-        }
     }
     return bounded / light;
 }
@@ -263,7 +263,6 @@ bool resolve(ivec3 texel) {
     if (ONE_EYE != 0u && texel.z == 1) {
         imageStore(reflection_image, texel, vec4(0.0));
         imageStore(standing_image, texel, vec4(0.0));
-        if (MOMENTS != 0u) imageStore(moment_image, texel, vec4(0.0));
         return false;
     }
     Pixel p = load_pixel(texel);
@@ -276,32 +275,34 @@ bool resolve(ivec3 texel) {
     if (BALANCE != 0u && !mirror) gather_balance(sums, p, eye_distance, reach, radius);
     else gather_ratio(sums, p, eye_distance, reach, radius);
 
-    vec4 earlier_sum = vec4(0.0), earlier_weight = vec4(0.0), earlier_moments = vec4(0.0);
+    vec4 earlier_sum = vec4(0.0), earlier_weight = vec4(0.0), earlier_standing = vec4(0.0);
     if (SUMS != 0u && first == 0u) {
         earlier_sum = imageLoad(sum_image, texel);
         earlier_weight = imageLoad(weight_image, texel);
-        if (MOMENTS != 0u) earlier_moments = imageLoad(moment_image, texel);
+        if (FOR_PAIRS != 0u) earlier_standing = imageLoad(standing_image, texel);
     }
-    if (frame.firefly == 2u) {
+    float albedo = 0.0;
+    if (frame.firefly == 2u || ADAPTIVE != 0u) {
         float nv = max(dot(p.surface.normal, p.v), 1e-4);
-        float albedo = luminance(specular_albedo(p.surface.f0, nv, p.surface.roughness));
+        albedo = luminance(specular_albedo(p.surface.f0, nv, p.surface.roughness));
+    }
+    if (frame.firefly == 2u && !mirror) {
         vec2 earlier = vec2(luminance(earlier_sum.rgb), earlier_sum.a);
         sums.light *= bound_taps(albedo * frame.exposure, luminance(sums.light), sums.shares.x, earlier);
     }
     vec3 moments = vec3(0.0);
-    if (MOMENTS != 0u) moments = tap_moments() + earlier_moments.xyz;
+    if (MOMENTS != 0u) moments = tap_moments() + earlier_standing.zwx;
     if (SUMS != 0u) {
         if (first == 0u) {
             sums.light += earlier_sum.rgb;
             sums.known += earlier_weight.rgb;
             sums.shares += vec2(earlier_sum.a, earlier_weight.a);
-            if (FOR_PAIRS != 0u) sums.nearness += imageLoad(standing_image, texel).y;
+            sums.nearness += earlier_standing.y;
         }
         imageStore(sum_image, texel, vec4(sums.light, sums.shares.x));
         imageStore(weight_image, texel, vec4(sums.known, sums.shares.y));
         if (last == 0u) {
-            if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(0.0, sums.nearness, 0.0, 0.0));
-            if (MOMENTS != 0u) imageStore(moment_image, texel, vec4(moments, 0.0));
+            if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(moments.z, sums.nearness, moments.xy));
             return false;
         }
     }
@@ -316,26 +317,19 @@ bool resolve(ivec3 texel) {
     if (MOMENTS != 0u && sums.shares.x > 0.0) {
         float mean = luminance(ratio);
         variance = max(moments.x - 2.0 * mean * moments.y + mean * mean * moments.z, 0.0) / square(sums.shares.x);
-        imageStore(moment_image, texel, vec4(variance, 0.0, 0.0, 0.0));
-    } else if (MOMENTS != 0u) {
-        imageStore(moment_image, texel, vec4(0.0));
     }
     bool goes_on = FOR_PAIRS != 0u;
-    vec3 leaves = light;
-    if (FOR_PAIRS == 0u || ADAPTIVE != 0u) leaves = outgoing(p, light, confidence);
     if (ADAPTIVE != 0u && confidence > 0.0) {
-        // How far the eyes may differ: two standard errors of a difference, and what the other eye may know beyond.
-        float nv = max(dot(p.surface.normal, p.v), 1e-4);
-        float albedo = luminance(specular_albedo(p.surface.f0, nv, p.surface.roughness));
-        float apart = albedo * (2.0 * sqrt(variance) + (1.0 - confidence) * luminance(ratio));
-        float shown = luminance(leaves) + luminance(texelFetch(radiance_image, texel, 0).rgb);
+        // How far the eyes may differ: the standard error of a difference, and what the other eye may know beyond.
+        float apart = albedo * (sqrt(2.0 * variance) + (1.0 - confidence) * luminance(ratio));
+        float shown = albedo * luminance(light) + luminance(texelFetch(radiance_image, texel, 0).rgb);
         goes_on = apart > weber * shown;
-        if (!goes_on) imageStore(finished_image, texel, vec4(storable(leaves), confidence));
+        if (!goes_on) imageStore(finished_image, texel, vec4(storable(outgoing(p, light, confidence)), confidence));
     }
-    if (FOR_PAIRS == 0u) light = leaves;
+    if (FOR_PAIRS == 0u) light = outgoing(p, light, confidence);
     imageStore(reflection_image, texel, vec4(storable(light), confidence));
     float nearness = sums.shares.x > 0.0 ? sums.nearness / sums.shares.x : 0.0;
-    if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, 0.0, 0.0));
+    if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, variance, 0.0));
     return goes_on;
 }
 

@@ -31,6 +31,9 @@ layout(push_constant) uniform Constants { uint sample_index; };
 layout(constant_id = 1) const uint OTHER_EYE = 0u;
 // 0: rays that come back towards the eye are unknown, as in the publication.
 layout(constant_id = 2) const uint CAMERA_RAYS = 1u;
+// 1: a ray that goes behind matter is looked for in the other eye only where matter and ray lie a pixel of disparity
+// apart, so that the other eye may see past the matter; 0: always.
+layout(constant_id = 5) const uint BY_DISPARITY = 0u;
 // 1: the right eye traces nothing.
 layout(constant_id = 3) const uint ONE_EYE = 0u;
 
@@ -76,13 +79,24 @@ uint trace_listed(ivec3 texel) {
     }
     uint stop = STOP_NEVER;
     if (OTHER_EYE != 0u) stop = STOP_BEHIND;
-    March m = march(segment, eye, frame.max_steps, true, stop);
+    float gap = 0.0;
+    if (BY_DISPARITY != 0u) {
+        // Raw depth is near over distance, and disparity in pixels is baseline over distance over a pixel's size.
+        float baseline = distance(eye_position(0u), eye_position(1u));
+        gap = pixel_size(eye) * frame.eyes[eye].position_near.w / max(baseline, 1e-12);
+    }
+    if (OTHER_EYE != 0u) {
+        other_eye = 1u - eye;
+        other_eye_from = frame.eyes[other_eye].clip_from_render * vec4(r.origin, 1.0);
+        other_eye_to = other_eye_from + frame.eyes[other_eye].clip_from_render * vec4(r.ray.direction * frame.ray_length, 0.0);
+    }
+    March m = march(segment, eye, frame.max_steps, true, stop, gap);
     uint word = finish(r, segment, m, eye, m.behind, hit);
     atomicAdd(tally[TALLY_RAYS], 1u);
     atomicAdd(tally[TALLY_STEPS], m.steps);
-    bool left = word == TALLY_LEFT_VIEW && segment.end == END_SIDE;
+    bool left = m.result != MARCH_BEHIND && word == TALLY_LEFT_VIEW && segment.end == END_SIDE;
     // Where a ray leaves this eye's view, few places lie within the other one's.
-    if (left && OTHER_EYE != 0u) left = segment_of(r, 1u - eye, stored_fraction(hit)).inside;
+    if (left && OTHER_EYE != 0u) left = in_other_view(stored_fraction(hit));
     if (OTHER_EYE != 0u && (m.result == MARCH_BEHIND || left)) {
         imageStore(hit_image, texel, pack_hit(hit));
         return TO_OTHER_EYE;

@@ -45,7 +45,7 @@ bool trace_listed(ivec3 texel) {
     Segment segment = segment_of(r, other, s);
     bool seen = segment.inside, lost = !seen;
     if (seen) {
-        March m = march(segment, other, frame.max_steps, false, STOP_BEHIND);
+        March m = march(segment, other, frame.max_steps, false, STOP_BEHIND, 0.0);
         steps += m.steps;
         lost = m.result == MARCH_BEHIND;
         if (lost) s = world_fraction(segment, m.t);
@@ -58,7 +58,7 @@ bool trace_listed(ivec3 texel) {
     }
     if (lost && !left_own) {
         segment = segment_of(r, own, min(s, first.s_end));
-        March m = march(segment, own, frame.max_steps, false, STOP_NEVER);
+        March m = march(segment, own, frame.max_steps, false, STOP_NEVER, 0.0);
         steps += m.steps;
         word = finish(r, segment, m, own, m.behind || !seen, hit);
     }

@@ -79,8 +79,9 @@ const uint STOP_NEVER = 0u;    // it goes on behind matter
 const uint STOP_BEHIND = 1u;   // where it goes behind matter
 const uint STOP_FRONT = 2u;    // where it comes out from behind matter
 
-// `leave`: step out of the start's own pixel first, for a ray that starts on a surface.
-March march(Segment s, uint eye, uint max_steps, bool leave, uint stop) {
+// `leave`: step out of the start's own pixel first, for a ray that starts on a surface. `gap`: how far behind matter, in
+// raw depth, a march must be where it first goes there for STOP_BEHIND.
+March march(Segment s, uint eye, uint max_steps, bool leave, uint stop, float gap) {
     // A fraction of a cell across each boundary, so that the next cell is the next.
     const float NUDGE = 1.0 / 256.0;
     March m = March(MARCH_END, 0.0, false, 0u);
@@ -108,7 +109,8 @@ March march(Segment s, uint eye, uint max_steps, bool leave, uint stop) {
         bool front = min(z0, z1) > range.x;
         if (front || max(z0, z1) < range.y) {
             // Behind everything in the cell, if not before it.
-            if (stop == (front ? STOP_FRONT : STOP_BEHIND)) {
+            bool far = front || gap <= 0.0 || !m.behind && range.y - max(z0, z1) >= gap;
+            if (stop == (front ? STOP_FRONT : STOP_BEHIND) && far) {
                 m.result = front ? MARCH_FRONT : MARCH_BEHIND;
                 return m;
             }

@@ -18,6 +18,16 @@ vec2 load_range(ivec2 cell, int level, uint eye) {
 // 1: a hit's fade is that of the eye whose border is farther from it (paper §4.2); 0: of the eye that found it.
 layout(constant_id = 0) const uint STEREO_FADE = 0u;
 
+// The ends of the ray in the other eye's clip space, where an includer asks for it.
+vec4 other_eye_from, other_eye_to;
+uint other_eye;
+
+// Whether the ray's world fraction s lies inside the other eye's view.
+bool in_other_view(float s) {
+    vec4 c = mix(other_eye_from, other_eye_to, s);
+    return c.w >= frame.eyes[other_eye].position_near.w && all(lessThanEqual(abs(c.xy), vec2(c.w)));
+}
+
 struct ScreenRay {
     vec3 origin;
     ReflectionRay ray;

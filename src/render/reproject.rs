@@ -57,7 +57,6 @@ impl ReprojectPass {
             .sampled(&context.brdf_table, &context.linear)
             .read_buffer(&context.lights)
             .write(&out.reflection)
-            .sampled(pairs.moments.as_ref().unwrap_or(&targets.nothing), &context.nearest)
             .dispatch_indirect(&list.arguments, 0)
     }
 }

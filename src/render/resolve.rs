@@ -78,9 +78,8 @@ impl ResolvePass {
         };
         let (known, standing) = match &out.pairs {
             Some(pairs) => (&pairs.known, &pairs.standing),
-            None => (&out.reflection, &targets.nowhere),
+            None => (&out.reflection, &targets.nothing),
         };
-        let moments = out.pairs.as_ref().and_then(|p| p.moments.as_ref()).unwrap_or(&targets.nothing);
         let visible = out.pairs.as_ref().and_then(|p| p.visible.as_ref());
         if let Some(visible) = visible {
             visible.clear(frame);
@@ -106,7 +105,6 @@ impl ResolvePass {
             .read_write(weights)
             .read_write(standing)
             .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
-            .read_write(moments)
             .write(&out.reflection)
             .write_buffer(&visible.rays)
             .write_buffer(&visible.arguments)

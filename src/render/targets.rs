@@ -58,10 +58,8 @@ pub struct Marched {
 pub struct Pairs {
     /// The known share of the light, and how much is known.
     pub known: Image,
-    /// Weight of the taps; nearness of what is reflected.
+    /// Weight of the taps; nearness of what is reflected; variance of the light, where the eyes are blended by it.
     pub standing: Image,
-    /// Variance of the light, where the eyes are blended by it.
-    pub moments: Option<Image>,
     /// Pixels whose eyes may differ visibly, where only they are blended.
     pub visible: Option<RayList>,
 }
@@ -103,8 +101,6 @@ pub struct Targets {
     pub reflection_out: Image,
     /// Stands in where a shader names an image (RGBA32F) that this frame does without.
     pub nothing: Image,
-    /// The same, RG32F.
-    pub nowhere: Image,
     /// The same, of lists.
     pub no_rays: RayList,
 }
@@ -125,7 +121,6 @@ impl Targets {
         let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(w, h, format));
         let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
         let rgba32 = vk::Format::R32G32B32A32_SFLOAT;
-        let rg32 = vk::Format::R32G32_SFLOAT;
         let rgba16 = vk::Format::R16G16B16A16_SFLOAT;
         let texels = u64::from(w) * u64::from(h) * 2;
         let gbuffer = GBuffer {
@@ -157,8 +152,7 @@ impl Targets {
                     None => None,
                     Some(_) => Some(Pairs {
                         known: stereo("known light", rgba16)?,
-                        standing: stereo("standing", rg32)?,
-                        moments: needs.moments.then(|| stereo("moments", rgba32)).transpose()?,
+                        standing: stereo("standing", rgba32)?,
                         visible: method.weber_share().map(|_| RayList::new(gpu, texels)).transpose()?,
                     }),
                 },
@@ -194,7 +188,6 @@ impl Targets {
             linear: stereo("linear", rgba32)?,
             reflection_out: stereo("reflection out", rgba32)?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
-            nowhere: Image::new(gpu, "nowhere", ImageDesc::stereo(1, 1, rg32))?,
             no_rays: RayList::new(gpu, 0)?,
         })
     }

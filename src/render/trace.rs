@@ -6,7 +6,8 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::method::{Method, Traversal};
+use super::method::{Method, Reuse, Traversal};
+use super::settings::Settings;
 use super::shaders;
 use super::targets::{Filtered, GBuffer, Marched, RayList};
 
@@ -20,14 +21,16 @@ pub struct TracePass {
 impl TracePass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, method: &Method) -> Result<TracePass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, (settings, method): (&Settings, &Method)) -> Result<TracePass, GpuError> {
         let parts = method.parts();
         let fade = u32::from(parts.stereo_fade);
         let traversal = parts.traversal;
         let two_stages = traversal == Traversal::TwoStages;
         let lost_share = (method.lost_share() * 255.0).round() as u32;
         let [camera_rays, one_eye] = [parts.camera_rays, parts.one_eye].map(u32::from);
-        let own = [fade, u32::from(two_stages), camera_rays, one_eye, lost_share];
+        // The published estimator keeps its rays: each one that goes behind matter is looked for in the other eye.
+        let by_disparity = u32::from(two_stages && settings.reuse(method) == Reuse::Balance);
+        let own = [fade, u32::from(two_stages), camera_rays, one_eye, lost_share, by_disparity];
         // The second stage has the first one's constants, of which it knows the first and the last.
         let other = || ComputePass::new(gpu, "trace_other_eye", &shaders::TRACE_OTHER_EYE_COMP.words(), &own);
         let first = match traversal {
