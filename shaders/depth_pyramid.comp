@@ -1,5 +1,5 @@
 #version 460
-// In: front depth, back-face depth. Out: per cell the nearest front and the farthest back, raw reverse-Z, seven
+// In: front depth, back-face depth, G-buffer. Out: per cell the nearest front and the farthest back, raw reverse-Z, seven
 // levels of both eyes in one dispatch (Uludag 2018; the paper's §4.1 for the second channel).
 // A group reduces a 64×64 tile; cells beyond the image are identities, so that cell = pixel >> level at any size.
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +8,9 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 // 1: a back-face image is bound; 0: every mesh counts as open.
 layout(constant_id = 0) const uint HAS_BACK_FACES = 1u;
+// 1: an open mesh is at least as thick as its surface rises within the pixel, so that no ray slips between the pixels of
+// a slanted surface; 0: the stated thickness alone.
+layout(constant_id = 1) const uint CLOSE_SLOPES = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform sampler2DArray depth_image;
@@ -19,6 +22,10 @@ layout(binding = 6, rg32f) writeonly uniform image2DArray level4;
 layout(binding = 7, rg32f) writeonly uniform image2DArray level5;
 layout(binding = 8, rg32f) writeonly uniform image2DArray level6;
 layout(binding = 9) uniform sampler2DArray back_image;
+layout(binding = 10) uniform usampler2DArray surface_image;
+
+#include "common/camera.glsl"
+#include "common/surface.glsl"
 
 // Nothing in front, nothing behind.
 const vec2 IDENTITY = vec2(0.0, 1e30);
@@ -36,6 +43,14 @@ vec2 base(ivec3 texel) {
         // An open mesh: matter of the stated thickness behind the surface.
         float near = frame.eyes[texel.z].position_near.w;
         back = near / (near / front + frame.open_mesh_thickness);
+        if (CLOSE_SLOPES != 0u) {
+            // Raw depth of a plane is linear in the image: this much it falls from the centre to the farthest corner.
+            vec3 n = unpack_direction(texelFetch(surface_image, texel, 0).y);
+            float along = abs(dot(n, scaled_ray(texel.z, vec2(texel.xy) + 0.5)));
+            float across = abs(dot(n, frame.eyes[texel.z].ray_across.xyz)) + abs(dot(n, frame.eyes[texel.z].ray_down.xyz));
+            // Where the plane is seen edge on, a pixel holds no more of it than half of the way to the eye.
+            back = min(back, front * max(1.0 - 0.5 * across / max(along, 1e-6), 0.5));
+        }
     }
     return vec2(front, back);
 }

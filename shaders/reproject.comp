@@ -127,7 +127,7 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
 float share_by_variance(Known own, Known pair, float own_weight, float pair_weight) {
     float difference = luminance(pair.light.rgb) / pair.light.a - luminance(own.light.rgb) / own.light.a;
     float noise = own.variance + pair.variance;
-    float bias2 = max(square(difference) - 4.0 * noise, 0.0);
+    float bias2 = max(square(difference) - 16.0 * noise, 0.0);
     return pair_weight / (own_weight + pair_weight) * noise / max(bias2 + noise, 1e-20);
 }
 

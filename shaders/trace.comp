@@ -78,7 +78,8 @@ uint trace_listed(ivec3 texel) {
         return answer(texel, r.mirror, hit, TALLY_LEFT_VIEW);
     }
     uint stop = STOP_NEVER;
-    if (OTHER_EYE != 0u) stop = STOP_BEHIND;
+    // Where the geometry can be asked, no ray goes on behind matter on trust.
+    if (OTHER_EYE != 0u || LOST_SHARE != 0u) stop = STOP_BEHIND;
     float gap = 0.0;
     if (BY_DISPARITY != 0u) {
         // Raw depth is near over distance, and disparity in pixels is baseline over distance over a pixel's size.
@@ -90,14 +91,15 @@ uint trace_listed(ivec3 texel) {
         other_eye_from = frame.eyes[other_eye].clip_from_render * vec4(r.origin, 1.0);
         other_eye_to = other_eye_from + frame.eyes[other_eye].clip_from_render * vec4(r.ray.direction * frame.ray_length, 0.0);
     }
-    March m = march(segment, eye, frame.max_steps, true, stop, gap);
-    uint word = finish(r, segment, m, eye, m.behind, hit);
+    March m = march(segment, eye, frame.max_steps, true, stop, LOST_SHARE != 0u ? 0.0 : gap);
+    uint word = finish(r, segment, m, eye, m.behind || m.result == MARCH_BEHIND, hit);
+    bool behind = m.result == MARCH_BEHIND && m.gap >= gap;
     atomicAdd(tally[TALLY_RAYS], 1u);
     atomicAdd(tally[TALLY_STEPS], m.steps);
     bool left = m.result != MARCH_BEHIND && word == TALLY_LEFT_VIEW && segment.end == END_SIDE;
     // Where a ray leaves this eye's view, few places lie within the other one's.
     if (left && OTHER_EYE != 0u) left = in_other_view(stored_fraction(hit));
-    if (OTHER_EYE != 0u && (m.result == MARCH_BEHIND || left)) {
+    if (OTHER_EYE != 0u && (behind || left)) {
         imageStore(hit_image, texel, pack_hit(hit));
         return TO_OTHER_EYE;
     }

@@ -56,7 +56,11 @@ bool trace_listed(ivec3 texel) {
             s = world_fraction(segment, m.t);
         }
     }
-    if (lost && !left_own) {
+    // Where the geometry can be asked, no ray goes on behind matter on trust.
+    if (LOST_SHARE != 0u && lost) {
+        word = left_own ? TALLY_LEFT_VIEW : TALLY_BEHIND;
+        hit.status = UNKNOWN;
+    } else if (lost && !left_own) {
         segment = segment_of(r, own, min(s, first.s_end));
         March m = march(segment, own, frame.max_steps, false, STOP_NEVER, 0.0);
         steps += m.steps;

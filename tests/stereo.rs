@@ -52,7 +52,8 @@ fn eyes_in_one_place_with_one_stream_see_the_same() {
     scene.views[0].ipd_m = 0.0;
     let scene = Arc::new(scene);
     let settings = Settings { streams: Streams::Shared, ..small() };
-    for method in ["stereo", "stereo-no-traversal", "stereo-no-fade", "stereo-no-reprojection"] {
+    let new = ["stereo-fixed-blend", "stereo-ratio", "stereo-hybrid", "stereo-hybrid-25", "stereo-adaptive"];
+    for method in ["stereo", "stereo-no-traversal", "stereo-no-fade", "stereo-no-reprojection"].into_iter().chain(new) {
         let rendered = render(&gpu, &scene, method, &settings);
         assert_eq!(rendered.linear.eyes[0], rendered.linear.eyes[1], "{method}");
     }
@@ -69,10 +70,12 @@ fn exchanged_eyes_exchange_the_pictures() {
     let settings = Settings { streams: Streams::Shared, edge_fade: 0.1, ..small() };
     let camera = scene.views[0].stereo_camera(settings.aspect());
     let exchanged = StereoCamera { left: camera.right, right: camera.left };
-    let a = render_from(&gpu, &scene, "stereo", &settings, &camera);
-    let b = render_from(&gpu, &scene, "stereo", &settings, &exchanged);
-    assert_eq!(a.linear.eyes[0], b.linear.eyes[1]);
-    assert_eq!(a.linear.eyes[1], b.linear.eyes[0]);
+    for method in ["stereo", "stereo-ratio", "stereo-hybrid", "stereo-hybrid-25", "sssr-hybrid", "stereo-adaptive"] {
+        let a = render_from(&gpu, &scene, method, &settings, &camera);
+        let b = render_from(&gpu, &scene, method, &settings, &exchanged);
+        assert_eq!(a.linear.eyes[0], b.linear.eyes[1], "{method}");
+        assert_eq!(a.linear.eyes[1], b.linear.eyes[0], "{method}");
+    }
 }
 
 #[test]

@@ -72,6 +72,7 @@ struct March {
     float t;         // screen fraction
     bool behind;     // went on behind matter at some time
     uint steps;
+    float gap;       // how far behind matter it stopped, raw depth
 };
 
 // Where a march stops before a hit or its end.
@@ -84,7 +85,7 @@ const uint STOP_FRONT = 2u;    // where it comes out from behind matter
 March march(Segment s, uint eye, uint max_steps, bool leave, uint stop, float gap) {
     // A fraction of a cell across each boundary, so that the next cell is the next.
     const float NUDGE = 1.0 / 256.0;
-    March m = March(MARCH_END, 0.0, false, 0u);
+    March m = March(MARCH_END, 0.0, false, 0u, 0.0);
     vec2 d = s.delta.xy;
     vec2 inverse = vec2(abs(d.x) > 1e-12 ? 1.0 / d.x : FLT_MAX, abs(d.y) > 1e-12 ? 1.0 / d.y : FLT_MAX);
     vec2 side = vec2(d.x < 0.0 ? 0.0 : 1.0, d.y < 0.0 ? 0.0 : 1.0);
@@ -112,6 +113,7 @@ March march(Segment s, uint eye, uint max_steps, bool leave, uint stop, float ga
             bool far = front || gap <= 0.0 || !m.behind && range.y - max(z0, z1) >= gap;
             if (stop == (front ? STOP_FRONT : STOP_BEHIND) && far) {
                 m.result = front ? MARCH_FRONT : MARCH_BEHIND;
+                m.gap = range.y - max(z0, z1);
                 return m;
             }
             m.behind = m.behind || !front;

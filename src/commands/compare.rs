@@ -13,7 +13,7 @@ use crate::compare::{self, Options};
 use crate::console::Console;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Method, Settings};
+use crate::render::{Firefly, Method, Reuse, Settings};
 #[cfg(feature = "gpu")]
 use crate::scene::Fallback;
 
@@ -62,6 +62,12 @@ struct SceneArgs {
     /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
     #[arg(long, default_value_t = 0.1)]
     edge_fade: f32,
+    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator with all that belongs to it.
+    #[arg(long, value_enum, default_value_t = Reuse::Balance)]
+    reuse: Reuse,
+    /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
+    #[arg(long, value_enum)]
+    firefly: Option<Firefly>,
     /// One of the scenes' views; each scene's first by default.
     #[arg(long)]
     view: Option<String>,
@@ -138,7 +144,12 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         spp: of.spp.clone(),
         seeds: of.seeds,
         reference: device::samples_or_default(&gpu, reference, of.reference_spp, console),
-        settings: Settings { edge_fade: of.edge_fade, ..device::settings(size, 0) },
+        settings: Settings {
+            edge_fade: of.edge_fade,
+            reuse: of.reuse,
+            firefly: of.firefly,
+            ..device::settings(size, 0)
+        },
         fallback: match of.fallback {
             FallbackArg::Black => compare::Fallbacks::One(Fallback::Black),
             FallbackArg::Probe => compare::Fallbacks::One(Fallback::Probe),

@@ -34,7 +34,7 @@ pub use super::stimulus::catalogue;
 
 /// The methods of a build with the feature `gpu`, in the renderer's order.
 #[cfg(any(test, not(feature = "gpu")))]
-const METHODS: [&str; 20] = [
+const METHODS: [&str; 27] = [
     "sssr",
     "stereo",
     "stereo-no-traversal",
@@ -46,6 +46,13 @@ const METHODS: [&str; 20] = [
     "stereo-no-filling",
     "stereo-no-back-check",
     "stereo-no-camera-rays",
+    "stereo-fixed-blend",
+    "stereo-ratio",
+    "sssr-ratio",
+    "stereo-hybrid",
+    "sssr-hybrid",
+    "stereo-adaptive",
+    "recommended",
     "sssr-thickness",
     "sssr-guardband",
     "stereo-guardband",
@@ -57,10 +64,14 @@ const METHODS: [&str; 20] = [
     "path-traced-resolved",
 ];
 
+/// Those whose name may end in a percentage.
+#[cfg(any(test, not(feature = "gpu")))]
+const WITH_PERCENTAGE: [&str; 3] = ["stereo-hybrid", "sssr-hybrid", "stereo-adaptive"];
+
 /// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.
 #[cfg(not(feature = "gpu"))]
 pub fn catalogue() -> Catalogue {
-    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS)
+    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS).with_percentage(&WITH_PERCENTAGE)
 }
 
 /// The renderer of this build.
@@ -142,6 +153,13 @@ mod tests {
     fn a_build_without_gpu_knows_every_method_by_name() {
         for method in catalogue().methods {
             assert!(METHODS.contains(&method.as_str()), "{method}");
+        }
+        for method in catalogue().with_percentage {
+            assert!(WITH_PERCENTAGE.contains(&method.as_str()), "{method}");
+        }
+        assert!(catalogue().has_method("stereo-hybrid-12.5@2"));
+        for wrong in ["stereo-5", "stereo-hybrid-101", "stereo-hybrid-", "stereo-hybrid-x"] {
+            assert!(!catalogue().has_method(wrong), "{wrong}");
         }
     }
 }

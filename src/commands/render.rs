@@ -106,6 +106,8 @@ struct Report<'a> {
     scene_sha256: &'a str,
     view: &'a str,
     method: String,
+    /// What was rendered: another name where the method stands for what suits the device.
+    rendered_method: &'a str,
     width: u32,
     height: u32,
     seed: u32,
@@ -174,6 +176,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         scene_sha256: &scene.content_sha256,
         view: &view.name,
         method: method.to_string(),
+        rendered_method: &rendered.method,
         width: settings.width,
         height: settings.height,
         seed: settings.seed,
@@ -240,11 +243,20 @@ fn say(console: &Console, report: &Report<'_>, rendered: &Rendered, explain: boo
         "  {} rays: {} hit, {} sky, {} missed ({} left the view, {} behind, {} back faces, {} out of steps)",
         c.rays, c.hits, c.sky, report.missed, c.left_view, c.behind, c.back_facing, c.budget
     ));
+    if c.asked + c.skipped > 0 {
+        console.line(format!(
+            "  {} rays that the views lost asked the geometry; {} lost ones did not, and those that asked carry their weight",
+            c.asked, c.skipped
+        ));
+    }
     if let Some(way) = report.trace {
         console.line(format!("  rays through the geometry by {way}"));
     }
     if report.clamped > 0 {
         console.line(format!("  {} values were beyond fp16 and clamped", report.clamped));
+    }
+    if rendered.method != report.method {
+        console.line(format!("  {} is {} on this device", report.method, rendered.method));
     }
     if explain {
         for part in &rendered.parts {

@@ -11,7 +11,7 @@ use anyhow::Context as _;
 use crate::console::check_interrupted;
 use crate::gpu::Gpu;
 use crate::picture::{self, Part};
-use crate::render::{Method, Rendered, Renderer, Request, Settings, identity, shaders};
+use crate::render::{Method, Rendered, Renderer, Request, Settings, fast_ray_queries, identity, shaders};
 use crate::scene::{self, Scene, StereoCamera, builtin};
 use crate::study::stimulus::{Catalogue, CatalogueScene, StimulusInfo, StimulusRenderer, StimulusRequest};
 
@@ -41,7 +41,12 @@ pub fn catalogue() -> Catalogue {
             .unwrap_or_default();
         CatalogueScene { name: name.to_owned(), views }
     });
-    Catalogue { scenes: scenes.collect(), methods: Method::names().iter().map(|m| (*m).to_owned()).collect() }
+    let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+    Catalogue {
+        scenes: scenes.collect(),
+        methods: owned(Method::names()),
+        with_percentage: owned(Method::names_with_percentage()),
+    }
 }
 
 impl GpuStimuli {
@@ -70,7 +75,6 @@ impl GpuStimuli {
     fn job(&self, request: &StimulusRequest) -> anyhow::Result<Job> {
         let scene = self.scene(&request.scene)?;
         let mut view = device::view(&scene, request.view.as_deref())?.clone();
-        let method = Method::parse(&request.method)?.with_samples(request.samples);
         // The paper's studies show black where nothing is known.
         let settings = Settings {
             width: request.width_px,
@@ -79,6 +83,9 @@ impl GpuStimuli {
             fallback: Some(scene::Fallback::Black),
             ..Settings::default()
         };
+        // A stimulus is addressed by what is rendered, not by a name that means something else on another device.
+        let asked = Method::parse(&request.method)?.with_samples(request.samples);
+        let method = asked.on(fast_ray_queries(&self.gpu, settings.trace));
         view.ipd_m = request.ipd_m;
         if let Some(degrees) = request.horizontal_fov_deg {
             let half = (degrees.to_radians() / 2.0).tan();

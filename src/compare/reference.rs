@@ -89,7 +89,7 @@ impl Reference {
         console: &Console,
     ) -> Result<Reference, CompareError> {
         let method = &options.reference;
-        // Paths see the geometry: neither fade nor fallback changes them, and neither shall make another reference.
+        // Paths see the geometry: neither fade, fallback nor filter changes them, and none shall make another reference.
         let neutral = Settings::default();
         let settings = Settings {
             seed: SEEDS[0],
@@ -97,6 +97,8 @@ impl Reference {
             edge_fade: neutral.edge_fade,
             reuse_radius: neutral.reuse_radius,
             max_steps: neutral.max_steps,
+            reuse: neutral.reuse,
+            firefly: neutral.firefly,
             ..options.settings.clone()
         };
         let key = identity(renderer.scene(), camera, method, &settings, gpu.info().kind)?;

@@ -5,7 +5,9 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::method::{Method, Reuse};
 use super::needs::Needs;
+use super::settings::Settings;
 use super::shaders;
 use super::targets::{GBuffer, Marched, TOP_LEVEL};
 
@@ -17,9 +19,16 @@ pub struct DepthPyramidPass {
 impl DepthPyramidPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<DepthPyramidPass, GpuError> {
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        needs: &Needs,
+        (settings, method): (&Settings, &Method),
+    ) -> Result<DepthPyramidPass, GpuError> {
         let words = shaders::DEPTH_PYRAMID_COMP.words();
-        let pass = ComputePass::new(gpu, "depth_pyramid", &words, &[u32::from(needs.back_faces)])?;
+        // The published estimator keeps its rays.
+        let close_slopes = settings.reuse(method) == Reuse::Balance;
+        let specialization = [needs.back_faces, close_slopes].map(u32::from);
+        let pass = ComputePass::new(gpu, "depth_pyramid", &words, &specialization)?;
         Ok(DepthPyramidPass { pass })
     }
 
@@ -38,10 +47,9 @@ impl DepthPyramidPass {
         }
         let (width, height) = out.pyramid.extent();
         let tile = 1 << TOP_LEVEL;
-        chain.sampled(out.back_depth.as_ref().unwrap_or(&gbuffer.depth), &context.nearest).dispatch(
-            width / tile,
-            height / tile,
-            2,
-        )
+        chain
+            .sampled(out.back_depth.as_ref().unwrap_or(&gbuffer.depth), &context.nearest)
+            .sampled(&gbuffer.surface, &context.nearest)
+            .dispatch(width / tile, height / tile, 2)
     }
 }

@@ -347,7 +347,7 @@ impl Method {
         let unknown = || UnknownMethod {
             name: text.to_owned(),
             known: Method::names().join(", "),
-            knobs: METHODS.iter().filter(|b| b.knob.is_some()).map(|b| b.name).collect::<Vec<_>>().join(", "),
+            knobs: Method::names_with_percentage().join(", "),
         };
         // The count may stand before the suffix: path-traced@2-resolved.
         let suffix = "-resolved";
@@ -409,6 +409,11 @@ impl Method {
     /// Every name, without `@N`.
     pub fn names() -> Vec<&'static str> {
         METHODS.iter().map(|b| b.name).collect()
+    }
+
+    /// Those that may end in a percentage.
+    pub fn names_with_percentage() -> Vec<&'static str> {
+        METHODS.iter().filter(|b| b.knob.is_some()).map(|b| b.name).collect()
     }
 
     /// Name and description of each.

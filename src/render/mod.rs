@@ -34,6 +34,7 @@ mod trace;
 mod trace_geometry;
 mod upload;
 
+pub use bvh::fast_ray_queries;
 pub use geometry::Geometry;
 pub use identity::identity;
 pub use method::{Method, Reuse};

@@ -68,7 +68,10 @@ impl Passes {
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             march: match needs.screen_space {
                 false => None,
-                true => Some((DepthPyramidPass::new(gpu, needs)?, TracePass::new(gpu, (settings, method))?)),
+                true => Some((
+                    DepthPyramidPass::new(gpu, needs, (settings, method))?,
+                    TracePass::new(gpu, (settings, method))?,
+                )),
             },
             path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
             resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,

@@ -63,9 +63,14 @@ pub const CASES: &[Case] = &[
 ];
 
 /// Every method that asks the views, and the reference.
-const ALL: [&str; 7] = [
+const ALL: [&str; 12] = [
     "sssr",
     "stereo",
+    "stereo-fixed-blend",
+    "stereo-ratio",
+    "stereo-hybrid",
+    "stereo-hybrid-25",
+    "stereo-adaptive",
     "stereo-no-traversal",
     "stereo-no-fade",
     "stereo-no-reprojection",

@@ -3,7 +3,8 @@
 use crate::picture::StereoPicture;
 
 /// Methods that every poor scene must survive: both kinds of answer, one and both eyes, with and without back faces.
-pub const METHODS: [&str; 4] = ["sssr", "stereo", "sssr-thickness", "path-traced@2"];
+pub const METHODS: [&str; 6] =
+    ["sssr", "stereo", "stereo-adaptive", "stereo-hybrid-50", "sssr-thickness", "path-traced@2"];
 
 fn texels(picture: &StereoPicture) -> impl Iterator<Item = [f64; 3]> {
     picture.eyes.iter().flatten().map(|t| t.map(f64::from))

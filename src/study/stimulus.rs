@@ -110,6 +110,8 @@ pub struct Catalogue {
     pub scenes: Vec<CatalogueScene>,
     /// Without `@samples`.
     pub methods: Vec<String>,
+    /// Those whose name may end in a percentage, as `stereo-hybrid-25`.
+    pub with_percentage: Vec<String>,
 }
 
 /// A scene and its views; no views: only the default one can be asked for.
@@ -123,6 +125,24 @@ impl Catalogue {
     /// A catalogue of these names, every scene with its default view only.
     pub fn of(scenes: &[&str], methods: &[&str]) -> Catalogue {
         let scenes = scenes.iter().map(|s| CatalogueScene { name: (*s).to_owned(), views: Vec::new() });
-        Catalogue { scenes: scenes.collect(), methods: methods.iter().map(|m| (*m).to_owned()).collect() }
+        let methods = methods.iter().map(|m| (*m).to_owned()).collect();
+        Catalogue { scenes: scenes.collect(), methods, with_percentage: Vec::new() }
+    }
+
+    /// The same, with methods whose name may end in a percentage.
+    pub fn with_percentage(self, methods: &[&str]) -> Catalogue {
+        Catalogue { with_percentage: methods.iter().map(|m| (*m).to_owned()).collect(), ..self }
+    }
+
+    /// Whether this build renders a method of this name, `@samples` and a percentage from 0 to 100 included.
+    pub fn has_method(&self, method: &str) -> bool {
+        let (name, _) = split_method(method);
+        let digits = |p: &str| p.chars().all(|c| c.is_ascii_digit() || c == '.');
+        let is_percentage =
+            |p: &str| digits(p) && p.parse::<f64>().is_ok_and(|percent| (0.0..=100.0).contains(&percent));
+        self.methods.iter().any(|m| m == name)
+            || name
+                .rsplit_once('-')
+                .is_some_and(|(stem, percent)| self.with_percentage.iter().any(|m| m == stem) && is_percentage(percent))
     }
 }

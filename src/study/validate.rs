@@ -7,7 +7,7 @@ use cyclopean_analysis::journal::record::Shown;
 
 use super::definition::{ConditionSpec, Definition, Layout, OrderKind, Task};
 use super::schema;
-use super::stimulus::{Catalogue, split_method};
+use super::stimulus::Catalogue;
 
 /// One thing that is wrong in a study file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -341,7 +341,7 @@ pub fn resolve(definition: &Definition, catalogue: &Catalogue) -> Vec<Problem> {
             [("method", Some(&spec.method)), ("other", spec.other.as_ref()), ("reference", spec.reference.as_ref())]
         {
             let Some(method) = method else { continue };
-            if !catalogue.methods.iter().any(|m| m == split_method(method).0) {
+            if !catalogue.has_method(method) {
                 let known = catalogue.methods.join(", ");
                 add(at(key, method), format!("method `{method}` is not available in this build; available: {known}"));
             }
