@@ -25,7 +25,7 @@ layout(constant_id = 5) const uint BALANCE = 1u;
 // 1: the geometry answers what the views lose; confidences are relative weights (lost.glsl) and nothing is unknown.
 layout(constant_id = 6) const uint HYBRID = 0u;
 layout(constant_id = 7) const uint MOMENTS = 0u;
-// 1: only pixels whose eyes may differ visibly are listed for reproject.comp; the others are finished here.
+// 1: only pixels whose eyes may differ visibly are left to reproject.comp; the others are finished here.
 layout(constant_id = 8) const uint ADAPTIVE = 0u;
 // (2·radius + 1)².
 layout(constant_id = 9) const uint MOST_TAPS = 25u;
@@ -46,18 +46,15 @@ layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 14, rgba32f) uniform image2DArray sum_image;
 layout(binding = 15, rgba32f) uniform image2DArray weight_image;
-// x: Σ w; y: see reproject.comp; z: variance of the known light's luminance. Between the samples of a pixel Σ a², the sum
-// of y, Σ x², Σ x·a of the taps' light x and weight a.
+// x: Σ w; y: see reproject.comp; z: variance of the known light's luminance; w: 1 where the pixel is finished. Between the
+// samples of a pixel Σ a², the sum of y, Σ x², Σ x·a of the taps' light x and weight a.
 layout(binding = 16, rgba32f) uniform image2DArray standing_image;
 // Radiance of rays that brought their own, at their own pixel.
 layout(binding = 17) uniform sampler2DArray ray_radiance_image;
-// With ADAPTIVE: the reflection of pixels that are finished here, and the list of the others.
+// With ADAPTIVE: the reflection of pixels that are finished here.
 layout(binding = 18, rgba16f) writeonly uniform image2DArray finished_image;
-layout(binding = 19, std430) writeonly buffer Visible { uint visible[]; };
-layout(binding = 20, std430) buffer VisibleArguments { uint visible_arguments[4]; };
 layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 
-#include "common/append.glsl"
 #include "common/ray_list.glsl"
 #include "common/hit.glsl"
 #include "common/reflect.glsl"
@@ -258,12 +255,11 @@ vec3 tap_moments() {
     return m;
 }
 
-// Whether the pixel goes on to reproject.comp.
-bool resolve(ivec3 texel) {
+void resolve(ivec3 texel) {
     if (ONE_EYE != 0u && texel.z == 1) {
         imageStore(reflection_image, texel, vec4(0.0));
         imageStore(standing_image, texel, vec4(0.0));
-        return false;
+        return;
     }
     Pixel p = load_pixel(texel);
     bool mirror = is_mirror(p.surface);
@@ -303,7 +299,7 @@ bool resolve(ivec3 texel) {
         imageStore(weight_image, texel, vec4(sums.known, sums.shares.y));
         if (last == 0u) {
             if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(moments.z, sums.nearness, moments.xy));
-            return false;
+            return;
         }
     }
     float confidence = sums.shares.y > 0.0 ? sums.shares.x / sums.shares.y : 0.0;
@@ -315,41 +311,27 @@ bool resolve(ivec3 texel) {
     vec3 light = ratio * confidence;
     float variance = 0.0;
     if (MOMENTS != 0u && sums.shares.x > 0.0) {
-        float mean = luminance(ratio);
-        variance = max(moments.x - 2.0 * mean * moments.y + mean * mean * moments.z, 0.0) / square(sums.shares.x);
+        // Of a weighted mean, from the taps' spread about it. Where hardly more than one tap counts, the spread says
+        // nothing: from four effective taps down to one, the mean becomes as uncertain as it is large.
+        float mean = luminance(ratio), one_over_taps = moments.z / square(sums.shares.x);
+        float spread = max(moments.x - 2.0 * mean * moments.y + mean * mean * moments.z, 0.0) / square(sums.shares.x);
+        variance = spread / max(1.0 - one_over_taps, 0.25) + mean * mean * max(one_over_taps - 0.25, 0.0);
     }
-    bool goes_on = FOR_PAIRS != 0u;
+    bool finished = false;
     if (ADAPTIVE != 0u && confidence > 0.0) {
         // How far the eyes may differ: the standard error of a difference, and what the other eye may know beyond.
         float apart = albedo * (sqrt(2.0 * variance) + (1.0 - confidence) * luminance(ratio));
         float shown = albedo * luminance(light) + luminance(texelFetch(radiance_image, texel, 0).rgb);
-        goes_on = apart > weber * shown;
-        if (!goes_on) imageStore(finished_image, texel, vec4(storable(outgoing(p, light, confidence)), confidence));
+        finished = apart <= weber * shown;
+        if (finished) imageStore(finished_image, texel, vec4(storable(outgoing(p, light, confidence)), confidence));
     }
     if (FOR_PAIRS == 0u) light = outgoing(p, light, confidence);
     imageStore(reflection_image, texel, vec4(storable(light), confidence));
     float nearness = sums.shares.x > 0.0 ? sums.nearness / sums.shares.x : 0.0;
-    if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, variance, 0.0));
-    return goes_on;
+    if (FOR_PAIRS != 0u) imageStore(standing_image, texel, vec4(sums.shares.y, nearness, variance, finished ? 1.0 : 0.0));
 }
-
-shared uint visible_count;
-shared uint visible_first;
 
 void main() {
     ivec3 texel;
-    bool listed = listed_pixel(texel);
-    if (ADAPTIVE == 0u) {
-        if (listed) resolve(texel);
-        return;
-    }
-    if (gl_LocalInvocationIndex == 0u) visible_count = 0u;
-    barrier();
-    bool goes_on = false;
-    if (listed) goes_on = resolve(texel);
-    uint place = goes_on ? atomicAdd(visible_count, 1u) : 0u;
-    barrier();
-    if (gl_LocalInvocationIndex == 0u && visible_count > 0u) MAKE_ROOM(visible_arguments, visible_count, visible_first)
-    barrier();
-    if (goes_on) visible[visible_first + place] = pack_pixel(texel);
+    if (listed_pixel(texel)) resolve(texel);
 }

@@ -28,8 +28,7 @@ fn floor_and_wall(roughness: f32, behind: bool) -> Arc<Scene> {
     let floor = place([6.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, 0.0, 0.0]);
     let turned = if behind { DQuat::from_rotation_y(std::f64::consts::PI) } else { DQuat::IDENTITY };
     let wall = place([40.0, 1.0, 40.0], turned * upright(), [0.0, 0.0, if behind { 9.0 } else { -7.0 }]);
-    let parts =
-        vec![(plane(2), material(roughness), floor), (plane(2), glowing(Vec3::new(0.2, 0.5, 0.9)), wall)];
+    let parts = vec![(plane(2), material(roughness), floor), (plane(2), glowing(Vec3::new(0.2, 0.5, 0.9)), wall)];
     let (from, to) = if behind {
         // Down and away from the wall: rays come back over the viewer's head.
         (DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.0, 0.0, -0.6))
@@ -146,7 +145,8 @@ fn where_everything_is_known_energy_is_kept() {
 fn the_published_estimator_is_one_switch_away() {
     let (gpu, scene) = (gpu(), hall(0.3));
     let ratio = Settings { reuse: Reuse::Ratio, ..small() };
-    for (method, named) in [("sssr", "sssr-ratio"), ("stereo", "stereo-ratio"), ("stereo-fixed-blend", "stereo-ratio")] {
+    for (method, named) in [("sssr", "sssr-ratio"), ("stereo", "stereo-ratio"), ("stereo-fixed-blend", "stereo-ratio")]
+    {
         let (a, b) = (render(&gpu, &scene, method, &ratio), render(&gpu, &scene, named, &small()));
         assert_eq!(a.linear.eyes, b.linear.eyes, "{method}");
         assert_ne!(a.linear.eyes, render(&gpu, &scene, method, &small()).linear.eyes, "{method}");

@@ -78,7 +78,7 @@ impl Passes {
             reproject: match method.parts().reprojection {
                 Some(how) if needs.resolve => {
                     let by_variance = how.blend == Blend::Variance && settings.reuse(method) == Reuse::Balance;
-                    Some(ReprojectPass::new(gpu, how, by_variance)?)
+                    Some(ReprojectPass::new(gpu, how, by_variance, method.weber_share().is_some())?)
                 }
                 _ => None,
             },

@@ -12,16 +12,20 @@ use super::upload::{EnvironmentMaps, SceneResources};
 
 /// See `shaders/reproject.comp`.
 pub struct ReprojectPass {
+    /// Finds the pixels that are left, where only those are looked at whose eyes may differ visibly.
+    select: Option<ComputePass>,
     pass: ComputePass,
 }
 
 impl ReprojectPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, how: Reprojection, by_variance: bool) -> Result<ReprojectPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, how: Reprojection, by_variance: bool, adaptive: bool) -> Result<ReprojectPass, GpuError> {
+        let select = || ComputePass::new(gpu, "resolve_select", &shaders::RESOLVE_SELECT_COMP.words(), &[]);
+        let select = adaptive.then(select).transpose()?;
         let specialization = [how.filling, how.back_check, how.lobe_tolerance, by_variance].map(u32::from);
         let words = shaders::REPROJECT_COMP.words();
-        Ok(ReprojectPass { pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
+        Ok(ReprojectPass { select, pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
     }
 
     /// `fallback` is what unknown rays see, where the settings want more than black.
@@ -38,8 +42,21 @@ impl ReprojectPass {
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
         let Some(pairs) = &out.pairs else { return Ok(()) };
-        // Where the eyes are compared first, only the pixels that may differ visibly are left.
-        let list = pairs.visible.as_ref().unwrap_or(list);
+        let list = match (&self.select, &pairs.visible) {
+            (Some(select), Some(visible)) => {
+                visible.clear(frame);
+                frame
+                    .compute(select)
+                    .read_buffer(&list.rays)
+                    .read_buffer(&list.arguments)
+                    .sampled(&pairs.standing, &context.nearest)
+                    .write_buffer(&visible.rays)
+                    .write_buffer(&visible.arguments)
+                    .dispatch_indirect(&list.arguments, 0)?;
+                visible
+            }
+            _ => list,
+        };
         let maps = &resources.environment;
         frame
             .compute(&self.pass)

@@ -80,11 +80,6 @@ impl ResolvePass {
             Some(pairs) => (&pairs.known, &pairs.standing),
             None => (&out.reflection, &targets.nothing),
         };
-        let visible = out.pairs.as_ref().and_then(|p| p.visible.as_ref());
-        if let Some(visible) = visible {
-            visible.clear(frame);
-        }
-        let visible = visible.unwrap_or(&targets.no_rays);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -106,8 +101,6 @@ impl ResolvePass {
             .read_write(standing)
             .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
             .write(&out.reflection)
-            .write_buffer(&visible.rays)
-            .write_buffer(&visible.arguments)
             .constants(&Constants {
                 first: u32::from(sample == 0),
                 last: u32::from(sample + 1 == samples),

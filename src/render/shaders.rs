@@ -7,12 +7,13 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 8] = [
+const OF_VIEWS: [&str; 9] = [
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",
     "reproject.comp",
     "resolve.comp",
+    "resolve_select.comp",
     "trace.comp",
     "trace_one_loop.comp",
     "trace_other_eye.comp",

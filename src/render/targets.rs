@@ -101,8 +101,6 @@ pub struct Targets {
     pub reflection_out: Image,
     /// Stands in where a shader names an image (RGBA32F) that this frame does without.
     pub nothing: Image,
-    /// The same, of lists.
-    pub no_rays: RayList,
 }
 
 impl Targets {
@@ -188,7 +186,6 @@ impl Targets {
             linear: stereo("linear", rgba32)?,
             reflection_out: stereo("reflection out", rgba32)?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
-            no_rays: RayList::new(gpu, 0)?,
         })
     }
 }
