@@ -70,6 +70,9 @@ const float MOST_SHARE = 0.2;
 const float ALWAYS_BRIGHTNESS = 2.0;
 const float ALWAYS_DISPLAYED = 0.02;
 
+// Where what the sky shows stands, metres: so far that no eyes differ in it, whatever else the scene holds.
+const float SKY_DISTANCE = 1e9;
+
 // How the balance heuristic counts a pixel's own sample against each neighbour's: one of 25.
 const float NEIGHBOURS = 24.0;
 
@@ -105,7 +108,7 @@ bool is_place(uint status) { return status == HIT || HYBRID != 0u && status == S
 // Direction from a pixel's position to what a tap's ray hit, and how far that is.
 vec3 towards(Hit h, vec3 from, vec3 position, out float far) {
     vec3 l = h.direction;
-    far = frame.ray_length;
+    far = BALANCE != 0u ? SKY_DISTANCE : frame.ray_length;
     if (is_place(h.status)) {
         vec3 to_hit = from + h.direction * h.distance - position;
         far = length(to_hit);

