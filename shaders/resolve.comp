@@ -63,14 +63,14 @@ layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 #include "common/outgoing.glsl"
 #include "common/store.glsl"
 
-// Against fireflies: no tap may bring more than this share of the pixel's light …
+// Against fireflies no tap may bring more than this share of the pixel's light, unless it is at most so many times as
+// bright as the other taps' mean, on top of what it may always bring: a share of display white. With few taps to judge by
+// it may bring more: all of display white where there is one tap.
 const float MOST_SHARE = 0.2;
-// … unless it is at most this much brighter than the other taps' mean, or brings no more than this of display white
-// (more where there are few taps to judge by: white of one tap alone).
 const float ALWAYS_BRIGHTNESS = 2.0;
 const float ALWAYS_DISPLAYED = 0.02;
 
-// Where what the sky shows stands, metres: so far that no eyes differ in it, whatever else the scene holds.
+// How far away the sky stands, metres: so far that no two eyes differ in it, whatever else the scene holds.
 const float SKY_DISTANCE = 1e9;
 
 // How the balance heuristic counts a pixel's own sample against each neighbour's: one of 25.
@@ -81,13 +81,6 @@ struct Sums {
     vec3 known;      // Σ w·c
     vec2 shares;     // Σ w·c and Σ w as luminances
     float nearness;  // Σ w·c/(distance along the ray from the eye over the surface to what it hit)
-};
-
-// A neighbour's hit that may stand in for p's.
-struct Tap {
-    bool usable;
-    vec3 from;       // where its ray starts
-    uvec4 word;
 };
 
 // Luminances of w·c·L and w·c of the taps.

@@ -321,7 +321,7 @@ const METHODS: &[Parts] = &[
 ];
 
 /// Best at no more than 1.25 times the baseline's trace and resolve on a device that walks the geometry slowly.
-const RECOMMENDED_WITHOUT_RAY_QUERIES: &str = "stereo";
+const RECOMMENDED_WITHOUT_RAY_QUERIES: &str = "stereo-guardband";
 /// Best where a ray through the geometry costs about what a march through a view does.
 const RECOMMENDED_WITH_RAY_QUERIES: &str = "stereo-hybrid";
 
