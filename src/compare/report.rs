@@ -104,6 +104,8 @@ pub struct PairsReport {
 pub struct Row {
     /// Without `@N`.
     pub method: String,
+    /// What was rendered, with `@N`: another name where the method stands for what suits the device.
+    pub rendered_method: String,
     pub spp: u32,
     pub fallback: String,
     pub seeds: u32,

@@ -258,6 +258,7 @@ impl<'a> Run<'a> {
         let over_seeds = self.consistency.over_seeds();
         Row {
             method: self.configuration.name.clone(),
+            rendered_method: self.prepared.method().to_string(),
             spp: self.configuration.method.samples(),
             fallback: fallback_name(self.configuration.fallback).to_owned(),
             seeds: self.groups.len() as u32,

@@ -16,6 +16,7 @@ pub fn row(method: &str, spp: u32, ms: f64, measures: &[(&'static str, f64)]) ->
     };
     let times: BTreeMap<String, f64> = ["total", "trace_resolve"].map(|g| (g.to_owned(), ms)).into();
     Row {
+        rendered_method: method.to_owned(),
         method: method.to_owned(),
         spp,
         fallback: "black".to_owned(),
