@@ -42,6 +42,10 @@ fn it_comes_nearer_to_the_reference_than_the_baseline() {
         println!("cant {cant:.3}: {:.3} of the baseline's error", stereo / baseline);
         assert!(stereo < 0.95 * baseline, "cant {cant}: {stereo} and {baseline} by the baseline");
         assert!(stereo < error("stereo-no-fade@4"), "cant {cant}: the fade is worth something");
+        let (adaptive, hybrid) = (error("stereo-adaptive@4"), error("stereo-hybrid@4"));
+        println!("cant {cant:.3}: adaptive {:.3}, hybrid {:.3}", adaptive / baseline, hybrid / baseline);
+        assert!(adaptive < 0.97 * baseline, "cant {cant}: {adaptive} and {baseline} by the baseline");
+        assert!(hybrid < 0.5 * baseline, "cant {cant}: {hybrid} and {baseline} by the baseline");
     }
 }
 
