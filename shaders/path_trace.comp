@@ -12,29 +12,7 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 
-layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
-layout(binding = 1, std430) readonly buffer Rays { uint rays[]; };
-layout(binding = 2, std430) readonly buffer Arguments { uint arguments[4]; };
-layout(binding = 3, std430) buffer Counters { CountersData counters; };
-layout(binding = 4, std430) readonly buffer Lights { LightData lights[]; };
-#ifdef RAY_QUERY
-layout(binding = 5) uniform accelerationStructureEXT ray_structure;
-#else
-layout(binding = 5) uniform usampler2D node_rows;
-#endif
-layout(binding = 6) uniform usampler2D triangle_rows;
-layout(binding = 7, std430) readonly buffer Instances { InstanceData instances[]; };
-layout(binding = 8, std430) readonly buffer Materials { MaterialData materials[]; };
-layout(binding = 9, std430) readonly buffer Textures { TextureData textures[]; };
-layout(binding = 10, std430) readonly buffer Texels { uint texels[]; };
-layout(binding = 11, std430) readonly buffer Vertices { float vertices[]; };
-layout(binding = 12, std430) readonly buffer Indices { uint indices[]; };
-layout(binding = 13) uniform usampler2DArray surface_image;
-layout(binding = 14) uniform sampler2DArray depth_image;
-layout(binding = 15) uniform sampler2D environment_map;
-layout(binding = 16) uniform sampler2D irradiance_map;
-layout(binding = 17) uniform sampler2D specular_map;
-layout(binding = 18) uniform sampler2D brdf_table;
+#include "common/geometry_rays.glsl"
 // Σ L and the samples so far; its compensation and Σ w/distance; Σ L² and Σ w, w the luminance of a sample's weight.
 layout(binding = 19, rgba32f) uniform image2DArray sum_image;
 layout(binding = 20, rgba32f) uniform image2DArray compensation_image;

@@ -17,6 +17,7 @@ use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
 use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
+use super::targets::{GBuffer, RayList};
 use super::upload::{Range, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
@@ -117,6 +118,26 @@ impl RayScene {
             Way::Bvh(_) => bvh,
             Way::RayQuery(_) => ray_query,
         }
+    }
+
+    /// Binds what `shaders/common/geometry_rays.glsl` declares, for the rays of `list`.
+    pub fn bind_geometry_rays<'f>(
+        &'f self,
+        chain: Dispatch<'f>,
+        list: &'f RayList,
+        (resources, context): (&'f SceneResources, &'f Context),
+        gbuffer: &'f GBuffer,
+    ) -> Dispatch<'f> {
+        chain
+            .uniform(&context.frame)
+            .read_buffer(&list.rays)
+            .read_buffer(&list.arguments)
+            .write_buffer(&context.counters)
+            .read_buffer(&context.lights)
+            .with(|chain| self.bind(chain, resources, context))
+            .sampled(&gbuffer.surface, &context.nearest)
+            .sampled(&gbuffer.depth, &context.nearest)
+            .with(|chain| resources.environment.bind(chain, context))
     }
 
     /// Binds what `rays.glsl` and `hit_surface.glsl` read.

@@ -39,6 +39,8 @@ pub struct Needs {
     pub geometry: bool,
     /// The filter keeps the variance of what it finds.
     pub moments: bool,
+    /// The eyes are blended by it.
+    pub blend_by_variance: bool,
     parts: Vec<Part>,
 }
 
@@ -143,6 +145,7 @@ impl Needs {
             path_trace: !screen && rays,
             geometry: geometry && rays,
             moments: moments && rays,
+            blend_by_variance: by_variance && rays,
             parts,
         }
     }

@@ -41,15 +41,7 @@ impl PathRaysPass {
         let Some(ray_radiance) = &out.ray_radiance else { return Ok(()) };
         frame
             .compute(&self.pass)
-            .uniform(&context.frame)
-            .read_buffer(&list.rays)
-            .read_buffer(&list.arguments)
-            .write_buffer(&context.counters)
-            .read_buffer(&context.lights)
-            .with(|chain| rays.bind(chain, resources, context))
-            .sampled(&targets.gbuffer.surface, &context.nearest)
-            .sampled(&targets.gbuffer.depth, &context.nearest)
-            .with(|chain| resources.environment.bind(chain, context))
+            .with(|chain| rays.bind_geometry_rays(chain, list, (resources, context), &targets.gbuffer))
             .write(&out.hits)
             .write(ray_radiance)
             .constants(&sample)

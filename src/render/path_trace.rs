@@ -49,15 +49,7 @@ impl PathTracePass {
         let (Some(list), Some(out)) = (&targets.rays, &targets.path_traced) else { return Ok(()) };
         frame
             .compute(&self.pass)
-            .uniform(&context.frame)
-            .read_buffer(&list.rays)
-            .read_buffer(&list.arguments)
-            .write_buffer(&context.counters)
-            .read_buffer(&context.lights)
-            .with(|chain| rays.bind(chain, resources, context))
-            .sampled(&targets.gbuffer.surface, &context.nearest)
-            .sampled(&targets.gbuffer.depth, &context.nearest)
-            .with(|chain| resources.environment.bind(chain, context))
+            .with(|chain| rays.bind_geometry_rays(chain, list, (resources, context), &targets.gbuffer))
             .read_write(&out.sum)
             .read_write(&out.compensation)
             .read_write(&out.squares)

@@ -24,7 +24,7 @@ use super::geometry::Geometry;
 use super::hits::{self, RayEnd};
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
-use super::method::{Blend, Method, Reuse};
+use super::method::Method;
 use super::needs::Needs;
 use super::path_rays::PathRaysPass;
 use super::path_trace::PathTracePass;
@@ -76,10 +76,7 @@ impl Passes {
             path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
             resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,
             reproject: match method.parts().reprojection {
-                Some(how) if needs.resolve => {
-                    let by_variance = how.blend == Blend::Variance && settings.reuse(method) == Reuse::Balance;
-                    Some(ReprojectPass::new(gpu, how, by_variance, method.weber_share().is_some())?)
-                }
+                Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, needs, (how, method))?),
                 _ => None,
             },
             path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,

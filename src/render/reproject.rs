@@ -5,7 +5,8 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::method::Reprojection;
+use super::method::{Method, Reprojection};
+use super::needs::Needs;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::{EnvironmentMaps, SceneResources};
@@ -20,10 +21,14 @@ pub struct ReprojectPass {
 impl ReprojectPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, how: Reprojection, by_variance: bool, adaptive: bool) -> Result<ReprojectPass, GpuError> {
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        needs: &Needs,
+        (how, method): (Reprojection, &Method),
+    ) -> Result<ReprojectPass, GpuError> {
         let select = || ComputePass::new(gpu, "resolve_select", &shaders::RESOLVE_SELECT_COMP.words(), &[]);
-        let select = adaptive.then(select).transpose()?;
-        let specialization = [how.filling, how.back_check, how.lobe_tolerance, by_variance].map(u32::from);
+        let select = method.weber_share().is_some().then(select).transpose()?;
+        let specialization = [how.filling, how.back_check, how.lobe_tolerance, needs.blend_by_variance].map(u32::from);
         let words = shaders::REPROJECT_COMP.words();
         Ok(ReprojectPass { select, pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
     }

@@ -47,15 +47,7 @@ impl TraceGeometryPass {
         let Some(ray_radiance) = &out.ray_radiance else { return Ok(()) };
         frame
             .compute(&self.pass)
-            .uniform(&context.frame)
-            .read_buffer(&marched.lost.rays)
-            .read_buffer(&marched.lost.arguments)
-            .write_buffer(&context.counters)
-            .read_buffer(&context.lights)
-            .with(|chain| self.rays.bind(chain, resources, context))
-            .sampled(&targets.gbuffer.surface, &context.nearest)
-            .sampled(&targets.gbuffer.depth, &context.nearest)
-            .with(|chain| resources.environment.bind(chain, context))
+            .with(|chain| self.rays.bind_geometry_rays(chain, &marched.lost, (resources, context), &targets.gbuffer))
             .read_write(&out.hits)
             .write(ray_radiance)
             .constants(&sample)
