@@ -117,8 +117,8 @@ fn inside() {
         assert!(mean.abs() < 4.0 / n.sqrt(), "{name}: mean of Δ/σ is {mean} over {n} pixels");
         // 0.27 % of a normal law; few paths have heavier tails.
         assert!(beyond < 0.03, "{name}: {:.2} % of {n} pixels lie beyond 3 σ", 100.0 * beyond);
-        // The other two shaders that ask the geometry.
-        for method in ["path-traced@2-resolved", "sssr"] {
+        // The other three shaders that ask the geometry.
+        for method in ["path-traced@2-resolved", "sssr", "stereo-hybrid"] {
             let (x, y) = (by(Trace::Bvh, 1, method), by(Trace::RayQuery, 1, method));
             let apart = green(&x.linear).zip(green(&y.linear)).filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
             assert!(apart < 0.02, "{name}, {method}: {:.2} % of the pixels differ", 100.0 * apart);
