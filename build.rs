@@ -9,6 +9,7 @@ const VARIANTS: &[(&str, &str)] = &[
     ("path_rays.comp", "RAY_QUERY"),
     ("path_trace.comp", "RAY_QUERY"),
     ("probe.comp", "RAY_QUERY"),
+    ("shadows.comp", "RAY_QUERY"),
     ("trace_geometry.comp", "RAY_QUERY"),
 ];
 

@@ -1,11 +1,12 @@
 #version 460
-// In: G-buffer, lights, environment. Out: radiance of each pixel without its traced reflection (paper §3).
-// No shadows (paper §5); the background is the environment.
+// In: G-buffer, lights (or their light with shadows, of shadows.comp), environment. Out: radiance of each pixel without
+// its traced reflection (paper §3). The background is the environment.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
+layout(constant_id = 1) const uint SHADOWS = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -18,6 +19,7 @@ layout(binding = 7) uniform sampler2D specular_map;
 layout(binding = 8) uniform sampler2D brdf_table;
 layout(binding = 9, rgba16f) writeonly uniform image2DArray radiance_image;
 layout(binding = 10) uniform sampler2DArray emission_image;
+layout(binding = 11) uniform sampler2DArray direct_image;
 
 #include "common/camera.glsl"
 #include "common/shade.glsl"
@@ -37,7 +39,12 @@ void main() {
         Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
         vec3 position = render_position(eye, center, depth);
         vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
-        radiance = shade(s, emission, position, normalize(eye_position(eye) - position));
+        vec3 v = normalize(eye_position(eye) - position);
+        if (SHADOWS != 0u) {
+            radiance = shade_without_lights(s, emission, v) + texelFetch(direct_image, texel, 0).rgb;
+        } else {
+            radiance = shade(s, emission, position, v);
+        }
     }
     imageStore(radiance_image, texel, vec4(storable(radiance), 1.0));
 }

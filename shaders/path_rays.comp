@@ -10,6 +10,8 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
+layout(constant_id = 1) const uint SHADOWS = 1u;
+layout(constant_id = 2) const uint HAS_GLASS = 1u;
 
 #include "common/geometry_rays.glsl"
 layout(binding = 19, rgba32ui) writeonly uniform uimage2DArray hit_image;
@@ -21,9 +23,9 @@ layout(push_constant) uniform Constants { uint sample_index; };
 #include "common/random.glsl"
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
-#include "common/shade.glsl"
 #include "common/store.glsl"
 #include "common/hit_surface.glsl"
+#include "common/shade_hit.glsl"
 
 void main() {
     ivec3 texel;
@@ -34,8 +36,8 @@ void main() {
     vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
     vec3 v = normalize(eye_position(eye) - position);
     vec3 origin = ray_origin(eye, position, s.face_normal, depth);
-    vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
-    ReflectionRay ray = reflection_ray(s, v, u);
+    Draws draws = Draws(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
+    ReflectionRay ray = reflection_ray(s, v, sample_2d(draws.seed, draws.token, draws.pixel, draws.index));
     Hit hit = Hit(NOTHING, vec2(0.0), eye, ray.direction, 0.0, ray.pdf, ray.above ? 1.0 : 0.0);
     vec3 radiance = vec3(0.0);
     if (!ray.open) {
@@ -52,7 +54,7 @@ void main() {
             atomicAdd(counters.hits, 1u);
             vec3 emission;
             Surface other = hit_surface(found, -ray.direction, emission);
-            radiance = shade(other, emission, origin + ray.direction * found.t, -ray.direction);
+            radiance = shade_hit(other, emission, origin + ray.direction * found.t, -ray.direction, draws);
             hit.status = HIT;
             hit.distance = found.t;
         }

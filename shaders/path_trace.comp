@@ -1,8 +1,7 @@
 #version 460
 // In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error;
 // alpha of the mean: 1 / how far away it reflects (1/m; 0 the sky, −1 unknown), the lobe's weighted mean.
-// The paper's reference (§5): two bounces, no shadows; each hit shaded exactly as `lighting` does, a miss sees the
-// environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
+// The paper's reference (§5): two bounces; each hit shaded as `lighting` does, a miss sees the environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require
@@ -11,6 +10,8 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
+layout(constant_id = 1) const uint SHADOWS = 1u;
+layout(constant_id = 2) const uint HAS_GLASS = 1u;
 
 #include "common/geometry_rays.glsl"
 // Σ L and the samples so far; its compensation and Σ w/distance; Σ L² and Σ w, w the luminance of a sample's weight.
@@ -25,8 +26,8 @@ layout(push_constant) uniform Constants { uint first_sample; uint sample_count; 
 #include "common/random.glsl"
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
-#include "common/shade.glsl"
 #include "common/hit_surface.glsl"
+#include "common/shade_hit.glsl"
 
 struct Tally {
     uint below_horizon;
@@ -37,7 +38,8 @@ struct Tally {
     vec2 nearness;      // Σ w/distance, Σ w
 };
 
-vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
+vec3 reflected(Surface s, vec3 v, vec3 origin, Draws draws, inout Tally tally) {
+    vec2 u = sample_2d(draws.seed, draws.token, draws.pixel, draws.index);
     ReflectionRay ray = reflection_ray(s, v, u);
     if (!ray.open) {
         ++tally.below_horizon;
@@ -54,7 +56,7 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, vec2 u, inout Tally tally) {
     tally.nearness.x += luminance(weight) / max(hit.t, 1e-6);
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
-    vec3 radiance = shade(other, emission, origin + ray.direction * hit.t, -ray.direction);
+    vec3 radiance = shade_hit(other, emission, origin + ray.direction * hit.t, -ray.direction, draws);
     // `min` may turn a NaN into its other argument, so it is counted first.
     if (any(isnan(radiance))) ++tally.nan;
     // What screen space could have seen: no more than fp16 holds.
@@ -82,8 +84,8 @@ void main() {
         tally.nearness = vec2(earlier.a, earlier_squares.a);
     }
     for (uint i = first_sample; i < first_sample + sample_count; ++i) {
-        vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
-        vec3 x = reflected(s, v, origin, u, tally);
+        Draws draws = Draws(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), i);
+        vec3 x = reflected(s, v, origin, draws, tally);
         precise vec3 y = x - compensation;
         precise vec3 t = sum + y;
         compensation = (t - sum) - y;

@@ -9,6 +9,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
+layout(constant_id = 1) const uint SHADOWS = 1u;
+layout(constant_id = 2) const uint HAS_GLASS = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -33,8 +35,8 @@ layout(binding = 14, rgba32f) writeonly uniform image2D probe_image;
 layout(push_constant) uniform Constants { vec4 place; };
 
 #include "common/random.glsl"
-#include "common/shade.glsl"
 #include "common/hit_surface.glsl"
+#include "common/shade_hit.glsl"
 
 void main() {
     uvec2 id = gl_GlobalInvocationID.xy;
@@ -54,7 +56,7 @@ void main() {
         }
         vec3 emission;
         Surface s = hit_surface(hit, -d, emission);
-        sum += min(shade(s, emission, place.xyz + d * hit.t, -d), vec3(65504.0));
+        sum += min(shade_hit(s, emission, place.xyz + d * hit.t, -d, Draws(0u, 0u, id, i)), vec3(65504.0));
     }
     imageStore(probe_image, ivec2(id), vec4(sum / float(samples), 1.0));
 }

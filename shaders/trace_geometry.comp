@@ -10,6 +10,8 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
+layout(constant_id = 1) const uint SHADOWS = 1u;
+layout(constant_id = 2) const uint HAS_GLASS = 1u;
 
 #include "common/geometry_rays.glsl"
 layout(binding = 19, rgba32ui) uniform uimage2DArray hit_image;
@@ -21,9 +23,9 @@ layout(push_constant) uniform Constants { uint sample_index; };
 #include "common/random.glsl"
 #include "common/ray_list.glsl"
 #include "common/reflect.glsl"
-#include "common/shade.glsl"
 #include "common/store.glsl"
 #include "common/hit_surface.glsl"
+#include "common/shade_hit.glsl"
 
 shared uint hit_count;
 shared uint sky_count;
@@ -54,8 +56,8 @@ void trace_listed(ivec3 texel) {
     vec3 position = render_position(eye, vec2(texel.xy) + 0.5, depth);
     vec3 v = normalize(eye_position(eye) - position);
     vec3 origin = ray_origin(eye, position, s.face_normal, depth);
-    vec2 u = sample_2d(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
-    ReflectionRay ray = reflection_ray(s, v, u);
+    Draws draws = Draws(combine(frame.seed, frame.frame), frame.eyes[eye].stream.x, uvec2(texel.xy), sample_index);
+    ReflectionRay ray = reflection_ray(s, v, sample_2d(draws.seed, draws.token, draws.pixel, draws.index));
     Hit hit = Hit(SKY, vec2(0.0), eye, ray.direction, 0.0, ray.pdf, 1.0);
     atomicAdd(asked_count, 1u);
     Intersection found = intersect(origin, ray.direction);
@@ -76,7 +78,7 @@ void trace_listed(ivec3 texel) {
     } else {
         vec3 emission;
         Surface other = hit_surface(found, -ray.direction, emission);
-        vec3 radiance = shade(other, emission, there, -ray.direction);
+        vec3 radiance = shade_hit(other, emission, there, -ray.direction, draws);
         hit.status = SHADED;
         imageStore(ray_radiance_image, texel, vec4(storable(radiance), 0.0));
     }

@@ -556,12 +556,8 @@ fn every_shader_says_what_it_is_and_is_used() {
 }
 
 #[test]
-fn there_are_no_shadows_and_no_blending() {
+fn there_is_no_blending() {
     let mut found = Vec::new();
-    for (path, text) in sources("shaders", &["comp", "vert", "frag", "glsl"]) {
-        let words = tokens(&text).into_iter().filter(|t| t.text.to_lowercase().contains("shadow"));
-        found.extend(words.map(|t| format!("{path}:{}: `{}`", t.line, t.text)));
-    }
     for (path, text) in sources("src/gpu", &["rs"]) {
         let words = tokens(&text).into_iter().filter(|t| t.text == "blend_enable");
         found.extend(words.map(|t| format!("{path}:{}: blending", t.line)));

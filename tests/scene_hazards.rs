@@ -1,6 +1,6 @@
 //! Tiny hand-made glTFs: every core feature read right, every bad input an error that names the place.
 
-use cyclopean::scene::{self, Light, Scene};
+use cyclopean::scene::{self, LightSource, Scene};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -231,7 +231,7 @@ fn lights_cameras_and_materials() {
     doc.root["meshes"][0]["primitives"][0]["material"] = json!(0);
     let scene = doc.load();
     assert!(
-        matches!(scene.lights[0], Light::Spot { intensity, outer_rad, .. } if intensity == Vec3::new(4.0, 2.0, 0.0) && outer_rad == 0.5)
+        matches!(scene.lights[0].source, LightSource::Spot { intensity, outer_rad, .. } if intensity == Vec3::new(4.0, 2.0, 0.0) && outer_rad == 0.5)
     );
     assert_eq!(scene.lights.len(), 1, "a lit scene gets no extra sun");
     let view = &scene.views[0];

@@ -57,9 +57,9 @@ fn host() -> BTreeMap<String, Layout> {
             color,
             cos_inner,
             cos_outer,
-            reserved0,
-            reserved1,
-            reserved2,
+            size,
+            casts_shadow,
+            reserved,
         }),
         layout!(TextureSlot { row_u, row_v, texture_index, uv_set, reserved0, reserved1 }),
         layout!(MaterialData {

@@ -1,4 +1,4 @@
-// Nearest intersection in a binary BVH held in textures: the way of a device without ray queries. Needs `node_rows`
+// Nearest intersection, and any matter on the way to a light, in a binary BVH held in textures: the way of a device without ray queries. Needs `node_rows`
 // (usampler2D: NodeData, sixteen bytes a texel) from the includer and what rays.glsl declares.
 // Textures, not storage buffers: gathering from a buffer lane by lane makes a software device four times slower.
 // Sources: Möller & Trumbore 1997; slab test with the direction's inverse.
@@ -18,11 +18,41 @@ float enter(vec3 lower, vec3 upper, vec3 origin, vec3 inverse, float t_max) {
     return t0 <= t1 ? t0 : FLT_MAX;
 }
 
+vec3 inverse_of(vec3 direction) {
+    return vec3(abs(direction.x) > 1e-20 ? 1.0 / direction.x : (direction.x < 0.0 ? -1e20 : 1e20),
+                abs(direction.y) > 1e-20 ? 1.0 / direction.y : (direction.y < 0.0 ? -1e20 : 1e20),
+                abs(direction.z) > 1e-20 ? 1.0 / direction.z : (direction.z < 0.0 ? -1e20 : 1e20));
+}
+
+// Where a ray meets a triangle.
+struct Meeting {
+    float t;
+    vec2 uv;
+    float facing;    // above 0: the front
+    uint flags;
+};
+
+// False where it does not meet it before t_max.
+bool meets(uint triangle, vec3 origin, vec3 direction, float t_max, out Meeting m) {
+    vec4 v0 = row(triangle_rows, 3u * triangle), w1 = row(triangle_rows, 3u * triangle + 1u);
+    vec4 w2 = row(triangle_rows, 3u * triangle + 2u);
+    vec3 e1 = w1.xyz, e2 = w2.xyz;
+    vec3 p = cross(direction, e2);
+    m.facing = dot(e1, p);
+    float inv = 1.0 / m.facing;
+    vec3 s = origin - v0.xyz;
+    m.uv.x = dot(s, p) * inv;
+    vec3 q = cross(s, e1);
+    m.uv.y = dot(direction, q) * inv;
+    m.t = dot(e2, q) * inv;
+    m.flags = floatBitsToUint(w2.w);
+    // A degenerate triangle's NaN fails every comparison.
+    return m.uv.x >= 0.0 && m.uv.y >= 0.0 && m.uv.x + m.uv.y <= 1.0 && m.t > 0.0 && m.t < t_max;
+}
+
 Intersection intersect(vec3 origin, vec3 direction) {
     Intersection best = Intersection(FLT_MAX, vec2(0.0), NO_TRIANGLE);
-    vec3 inverse = vec3(abs(direction.x) > 1e-20 ? 1.0 / direction.x : (direction.x < 0.0 ? -1e20 : 1e20),
-                        abs(direction.y) > 1e-20 ? 1.0 / direction.y : (direction.y < 0.0 ? -1e20 : 1e20),
-                        abs(direction.z) > 1e-20 ? 1.0 / direction.z : (direction.z < 0.0 ? -1e20 : 1e20));
+    vec3 inverse = inverse_of(direction);
     uint stack[STACK_SIZE];
     int top = 0;
     uint at = 0u;
@@ -46,26 +76,51 @@ Intersection intersect(vec3 origin, vec3 direction) {
         uint first = at & ((1u << COUNT_SHIFT) - 1u);
         uint end = first + (at >> COUNT_SHIFT & 7u) + 1u;
         for (uint i = first; i < end; ++i) {
-            vec4 v0 = row(triangle_rows, 3u * i), w1 = row(triangle_rows, 3u * i + 1u), w2 = row(triangle_rows, 3u * i + 2u);
-            vec3 e1 = w1.xyz, e2 = w2.xyz;
-            vec3 p = cross(direction, e2);
-            float det = dot(e1, p);
-            float inv = 1.0 / det;
-            vec3 s = origin - v0.xyz;
-            float u = dot(s, p) * inv;
-            vec3 q = cross(s, e1);
-            float v = dot(direction, q) * inv;
-            float t = dot(e2, q) * inv;
-            // A degenerate triangle's NaN fails every comparison.
-            if (!(u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < best.t)) continue;
-            uint flags = floatBitsToUint(w2.w);
-            if (det <= 0.0 && (flags & DOUBLE_SIDED) == 0u) continue;
-            if (HAS_MASK != 0u && (flags & MASKED) != 0u && !uncut(i, vec2(u, v))) continue;
-            best = Intersection(t, vec2(u, v), i);
+            Meeting m;
+            if (!meets(i, origin, direction, best.t, m)) continue;
+            if (m.facing <= 0.0 && (m.flags & DOUBLE_SIDED) == 0u) continue;
+            if (HAS_MASK != 0u && (m.flags & MASKED) != 0u && !uncut(i, m.uv)) continue;
+            best = Intersection(m.t, m.uv, i);
         }
         at = top > 0 ? stack[--top] : FINISHED;
     }
     return best;
+}
+
+vec3 transmittance(vec3 origin, vec3 direction, float t_max) {
+    vec3 share = vec3(1.0);
+    vec3 inverse = inverse_of(direction);
+    uint stack[STACK_SIZE];
+    int top = 0;
+    uint at = 0u;
+    while (true) {
+        while ((at & LEAF) == 0u) {
+            vec4 l0 = row(node_rows, 4u * at), u0 = row(node_rows, 4u * at + 1u);
+            vec4 l1 = row(node_rows, 4u * at + 2u), u1 = row(node_rows, 4u * at + 3u);
+            float ta = enter(l0.xyz, u0.xyz, origin, inverse, t_max);
+            float tb = enter(l1.xyz, u1.xyz, origin, inverse, t_max);
+            uint a = floatBitsToUint(l0.w), b = floatBitsToUint(l1.w);
+            uint near = tb < ta ? b : a, far = tb < ta ? a : b;
+            if (max(ta, tb) < FLT_MAX && top < STACK_SIZE) stack[top++] = far;
+            if (min(ta, tb) < FLT_MAX) {
+                at = near;
+            } else {
+                at = top > 0 ? stack[--top] : FINISHED;
+            }
+        }
+        if (at == FINISHED) return share;
+        uint first = at & ((1u << COUNT_SHIFT) - 1u);
+        uint end = first + (at >> COUNT_SHIFT & 7u) + 1u;
+        for (uint i = first; i < end; ++i) {
+            Meeting m;
+            if (!meets(i, origin, direction, t_max, m)) continue;
+            if (HAS_MASK != 0u && (m.flags & MASKED) != 0u && !uncut(i, m.uv)) continue;
+            if (HAS_GLASS == 0u || (m.flags & TRANSMITS) == 0u) return vec3(0.0);
+            share *= let_through(i, m.uv);
+        }
+        at = top > 0 ? stack[--top] : FINISHED;
+    }
+    return share;
 }
 
 #endif

@@ -80,6 +80,18 @@ bool uncut(uint triangle, vec2 uv) {
     return alpha >= materials[m].alpha_cutoff;
 }
 
+// The material's transmission in the colour of its base; half of it at each side of a closed mesh, which light crosses
+// twice.
+vec3 let_through(uint triangle, vec2 uv) {
+    uint instance = floatBitsToUint(row(triangle_rows, 3u * triangle).w);
+    uint m = instances[instance].material;
+    Corners k = corners(triangle, uv);
+    vec3 color = materials[m].base_color.rgb * hit_color(k).rgb;
+    if (has_texture(m, 0u)) color *= hit_texture(m, 0u, hit_uv(k)).rgb;
+    vec3 share = clamp(materials[m].transmission * color, 0.0, 1.0);
+    return instances[instance].closed != 0u ? sqrt(share) : share;
+}
+
 // `v` points back along the ray.
 Surface hit_surface(Intersection hit, vec3 v, out vec3 emission) {
     uint instance = floatBitsToUint(row(triangle_rows, 3u * hit.triangle).w);

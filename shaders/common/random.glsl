@@ -51,6 +51,20 @@ vec2 sample_2d(uint seed, uint token, uvec2 pixel, uint index) {
 // What a single random number of a ray decides.
 const uint DRAW_FADE = 3u;
 const uint DRAW_ASK = 4u;
+const uint DRAW_RIM = 5u;
+// And a pair of them: the point of light i is DRAW_LIGHT + i.
+const uint DRAW_LIGHT = 16u;
+
+// Whose random numbers they are.
+struct Draws {
+    uint seed;
+    uint token;
+    uvec2 pixel;
+    uint index;
+};
+
+// Two numbers for one purpose, stratified over the samples of the pixel.
+vec2 draw_2d(Draws d, uint purpose) { return sample_2d(combine(d.seed, purpose), d.token, d.pixel, d.index); }
 
 // A number in [0, 1) of a pixel's sample for one purpose, independent of its directions.
 float draw_1d(uint seed, uint token, uvec2 pixel, uint index, uint purpose) {

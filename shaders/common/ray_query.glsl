@@ -1,4 +1,4 @@
-// Nearest intersection by VK_KHR_ray_query. Needs `ray_structure` (accelerationStructureEXT) from the includer and what
+// Nearest intersection, and any matter on the way to a light, by VK_KHR_ray_query. Needs `ray_structure` (accelerationStructureEXT) from the includer and what
 // rays.glsl declares. Double-sided triangles lie in instances that the culling leaves alone; cut-out ones are not opaque
 // and are asked for their texture, as in the BVH's leaves.
 #ifndef RAY_QUERY_GLSL
@@ -24,6 +24,31 @@ Intersection intersect(vec3 origin, vec3 direction) {
     return Intersection(rayQueryGetIntersectionTEXT(query, true), rayQueryGetIntersectionBarycentricsEXT(query, true),
                         INSTANCE_STEP * uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, true))
                             + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, true)));
+}
+
+vec3 transmittance(vec3 origin, vec3 direction, float t_max) {
+    uint flags = gl_RayFlagsTerminateOnFirstHitEXT;
+    // What transmits lies among the opaque triangles of `intersect`: here every triangle is asked.
+    if (HAS_GLASS != 0u) flags |= gl_RayFlagsNoOpaqueEXT;
+    else if (HAS_MASK == 0u) flags |= gl_RayFlagsOpaqueEXT;
+    vec3 share = vec3(1.0);
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, ray_structure, flags, 0xffu, origin, 0.0, direction, t_max);
+    while (rayQueryProceedEXT(query)) {
+        if (rayQueryGetIntersectionTypeEXT(query, false) != gl_RayQueryCandidateIntersectionTriangleEXT) continue;
+        uint triangle = INSTANCE_STEP * uint(rayQueryGetIntersectionInstanceCustomIndexEXT(query, false))
+                      + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
+        vec2 uv = rayQueryGetIntersectionBarycentricsEXT(query, false);
+        uint kind = floatBitsToUint(row(triangle_rows, 3u * triangle + 2u).w);
+        if ((kind & MASKED) != 0u && !uncut(triangle, uv)) continue;
+        if ((kind & TRANSMITS) == 0u) {
+            rayQueryConfirmIntersectionEXT(query);
+        } else {
+            share *= let_through(triangle, uv);
+        }
+    }
+    bool stopped = rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
+    return stopped ? vec3(0.0) : share;
 }
 
 #endif

@@ -38,9 +38,9 @@ struct LightData {
     vec3 color;             // irradiance (directional) or radiant intensity
     float cos_inner;
     float cos_outer;
-    float reserved0;
-    float reserved1;
-    float reserved2;
+    float size;             // radius, metres; of a directional light the tangent of half its angle
+    uint casts_shadow;
+    uint reserved;
 };
 
 struct TextureSlot {
@@ -89,6 +89,7 @@ const uint LEAF = 0x80000000u;
 const uint COUNT_SHIFT = 28u;   // up to eight triangles a leaf, 2²⁸ triangles
 const uint DOUBLE_SIDED = 1u;
 const uint MASKED = 2u;
+const uint TRANSMITS = 4u;
 
 // A device dispatches at least 65,535 groups a side: longer lists of rays go on in the next row.
 const uint ROW_OF_GROUPS = 32768u;

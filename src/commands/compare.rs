@@ -68,6 +68,9 @@ struct SceneArgs {
     /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
+    /// Let every light go through everything, as in the paper.
+    #[arg(long)]
+    no_shadows: bool,
     /// One of the scenes' views; each scene's first by default.
     #[arg(long)]
     view: Option<String>,
@@ -148,6 +151,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
             edge_fade: of.edge_fade,
             reuse: of.reuse,
             firefly: of.firefly,
+            shadows: !of.no_shadows,
             ..device::settings(size, 0)
         },
         fallback: match of.fallback {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::console::Console;
 use crate::gpu::{Gpu, GpuError, GpuOptions, OwnDevice};
 use crate::render::method::Answer;
-use crate::render::{Method, Settings};
+use crate::render::{Method, Settings, Trace, fast_ray_queries};
 use crate::scene::Scene;
 
 use super::WrongUsage;
@@ -70,6 +70,12 @@ pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, conso
 /// Settings of this size.
 pub fn settings(size: Size, seed: u32) -> Settings {
     Settings { width: size.width, height: size.height, seed, ..Settings::default() }
+}
+
+/// Settings of a view that is rendered frame by frame. Rays to every light are affordable there where hardware answers
+/// them; elsewhere lights go through everything.
+pub fn live_settings(gpu: &Gpu, size: Size) -> Settings {
+    Settings { shadows: fast_ray_queries(gpu, Trace::Auto), ..settings(size, 1) }
 }
 
 /// The scene's view of this name, or its first.

@@ -67,6 +67,9 @@ pub struct Args {
     /// How rays through the scene's geometry find what they hit.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,
+    /// Let every light go through everything, as in the paper.
+    #[arg(long)]
+    no_shadows: bool,
     /// Say which parts of the frame run, which are left out, and why.
     #[arg(long)]
     explain: bool,
@@ -153,6 +156,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         edge_fade: args.edge_fade,
         all_passes: args.all_passes,
         trace: args.trace,
+        shadows: !args.no_shadows,
         ..device::settings(size, args.seed)
     };
     // Fail before the work, not after it.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::gpu::PassTime;
 
 /// Passes that every method has alike, reflections or not.
-const SHARED: [&str; 3] = ["gbuffer", "lighting", "composite"];
+const SHARED: [&str; 4] = ["gbuffer", "shadows", "lighting", "composite"];
 
 /// Milliseconds by group: `total` is all reflection work, `trace` and `resolve` hold every stage of theirs,
 /// `trace_resolve` both; the other passes stand under their names.
@@ -39,6 +39,7 @@ mod tests {
         let passes = [
             ("gbuffer", 100.0),
             ("backface", 1.0),
+            ("shadows", 100.0),
             ("lighting", 100.0),
             ("classify", 2.0),
             ("depth_pyramid", 4.0),

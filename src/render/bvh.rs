@@ -16,7 +16,7 @@ use super::context::Context;
 use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
-use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TextureData, TriangleData};
+use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TRANSMITS, TextureData, TriangleData};
 use super::targets::{GBuffer, RayList};
 use super::upload::{Range, SceneResources};
 
@@ -181,7 +181,8 @@ fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<Triangle
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
         let material = &scene.materials[p.material];
         let flags = if material.double_sided { DOUBLE_SIDED } else { 0 }
-            | if matches!(material.alpha, Alpha::Mask { .. }) { MASKED } else { 0 };
+            | if matches!(material.alpha, Alpha::Mask { .. }) { MASKED } else { 0 }
+            | if material.transmission > 0.0 { TRANSMITS } else { 0 };
         let at = |i: u32| -> Vec3 {
             let world = instance.world_from_object.transform_point3(p.positions[i as usize].as_dvec3());
             (world - head).as_vec3()

@@ -20,7 +20,9 @@ impl LightingPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
-        Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &[u32::from(needs.emission)])? })
+        Ok(LightingPass {
+            pass: ComputePass::new(gpu, "lighting", &words, &[u32::from(needs.emission), u32::from(needs.shadows)])?,
+        })
     }
 
     /// # Errors
@@ -32,6 +34,7 @@ impl LightingPass {
         context: &Context,
         targets: &Targets,
     ) -> Result<(), GpuError> {
+        let direct: &Image = targets.direct.as_ref().unwrap_or(&targets.nothing);
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
@@ -43,6 +46,7 @@ impl LightingPass {
             .with(|chain| resources.environment.bind(chain, context))
             .write(&targets.radiance)
             .sampled(emission, &context.nearest)
+            .sampled(direct, &context.nearest)
             .dispatch_stereo(targets.radiance.extent())
     }
 }

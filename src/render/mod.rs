@@ -27,7 +27,9 @@ mod renderer;
 mod reproject;
 mod resolve;
 pub mod settings;
+
 pub mod shaders;
+mod shadows;
 pub mod shared;
 mod targets;
 mod trace;

@@ -23,6 +23,10 @@ pub struct Needs {
     pub emission: bool,
     /// Some material is cut out.
     pub mask: bool,
+    /// Lights cast shadows.
+    pub shadows: bool,
+    /// Light passes through some material.
+    pub glass: bool,
     /// Back faces bound the matter of closed meshes.
     pub back_faces: bool,
     /// Some surface may trace a ray.
@@ -72,6 +76,12 @@ impl Needs {
             parts.add("backface", rays && closed, "closed meshes bound the rays", no)
         } else {
             parts.never("backface", "the method does not use back faces")
+        };
+        let casts = scene.lights.iter().any(|l| l.casts_shadow && !scene.instances.is_empty());
+        let shadows = if settings.shadows {
+            parts.needed("shadows", casts, "lights cast shadows", "no light in the scene casts a shadow")
+        } else {
+            parts.never("shadows", "shadows are switched off")
         };
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
@@ -137,6 +147,8 @@ impl Needs {
         Needs {
             emission,
             mask,
+            shadows,
+            glass: used().any(|m| m.transmission > 0.0),
             back_faces,
             rays,
             screen_space: screen && rays,
@@ -148,6 +160,11 @@ impl Needs {
             blend_by_variance: by_variance && rays,
             parts,
         }
+    }
+
+    /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
+    pub fn of_hits(&self) -> [u32; 3] {
+        [self.mask, self.shadows, self.glass].map(u32::from)
     }
 
     /// Every part in order.

@@ -21,7 +21,7 @@ impl PathRaysPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathRaysPass, GpuError> {
         let words = rays.variant(&shaders::PATH_RAYS_COMP, &shaders::PATH_RAYS_RAY_QUERY_COMP).words();
-        Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &[u32::from(needs.mask)])? })
+        Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &needs.of_hits())? })
     }
 
     /// Traces sample `sample` of every listed pixel.

@@ -30,7 +30,7 @@ impl PathTracePass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathTracePass, GpuError> {
         let words = rays.variant(&shaders::PATH_TRACE_COMP, &shaders::PATH_TRACE_RAY_QUERY_COMP).words();
-        Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &[u32::from(needs.mask)])? })
+        Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &needs.of_hits())? })
     }
 
     /// Adds samples `first .. first + count`.

@@ -3,7 +3,7 @@
 //! Made once, run for as many frames, seeds and (in the same place) camera poses as are asked: nothing is allocated and
 //! no pipeline is made again.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -32,6 +32,7 @@ use super::renderer::RenderError;
 use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
+use super::shadows::ShadowsPass;
 use super::shared::{CountersData, Counts};
 use super::targets::{GBuffer, Marched, Targets};
 use super::trace::TracePass;
@@ -42,6 +43,7 @@ use super::upload::{EnvironmentMaps, SceneResources};
 struct Passes {
     gbuffer: GBufferPass,
     back_face: Option<BackFacePass>,
+    shadows: Option<ShadowsPass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
     march: Option<(DepthPyramidPass, TracePass)>,
@@ -60,10 +62,12 @@ impl Passes {
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
+        let of_lights = rays.filter(|_| needs.shadows);
         let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
+            shadows: of_lights.map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             march: match needs.screen_space {
@@ -113,6 +117,8 @@ pub struct Prepared {
     context: Context,
     targets: Targets,
     passes: Passes,
+    /// The lights' share of the view is still that of the last frame: it depends on neither seed nor method.
+    direct_is_current: Cell<bool>,
 }
 
 /// What is known of a frame besides its images.
@@ -164,6 +170,7 @@ impl Prepared {
             context,
             targets,
             passes,
+            direct_is_current: Cell::new(false),
         })
     }
 
@@ -174,7 +181,7 @@ impl Prepared {
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
-        let asked = self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe);
+        let asked = self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe || self.needs.shadows);
         asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
 
@@ -201,6 +208,7 @@ impl Prepared {
     /// kilometres of it single precision is finer than a pixel.
     pub fn set_camera(&mut self, camera: &StereoCamera) {
         self.camera = *camera;
+        self.direct_is_current.set(false);
         self.update();
     }
 
@@ -247,6 +255,12 @@ impl Prepared {
             && let Some(back) = &marched.back_depth
         {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
+        }
+        if let (Some(pass), Some(rays), Some(direct)) = (&passes.shadows, &self.rays, &targets.direct)
+            && (self.settings.all_passes || !self.direct_is_current.get())
+        {
+            pass.record(&mut frame, resources, rays, context, (targets, direct))?;
+            self.direct_is_current.set(true);
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {

@@ -36,7 +36,7 @@ pub fn probe(
     let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(WIDTH, WIDTH / 2, vk::Format::R32G32B32A32_SFLOAT) };
     let image = Image::new(gpu, "probe", desc)?;
     let words = rays.variant(&shaders::PROBE_COMP, &shaders::PROBE_RAY_QUERY_COMP).words();
-    let pass = ComputePass::new(gpu, "probe", &words, &[u32::from(needs.mask)])?;
+    let pass = ComputePass::new(gpu, "probe", &words, &needs.of_hits())?;
     let mut frame = Frame::begin(gpu)?;
     frame
         .compute(&pass)

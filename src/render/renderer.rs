@@ -84,7 +84,8 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Rc<LazyRays>,
-    probe: Option<Rc<EnvironmentMaps>>,
+    /// With whether its light casts shadows.
+    probe: Option<(bool, Rc<EnvironmentMaps>)>,
     /// By the mirrors' roughness that it was made for.
     brdf_table: Option<(f32, Rc<Image>)>,
 }
@@ -111,6 +112,11 @@ impl Renderer {
         Ok(Renderer { brdf_table, ..Renderer::new(&gpu, scene)? })
     }
 
+    /// The device that it renders on.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
     /// The scene it was made for.
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -135,11 +141,12 @@ impl Renderer {
         }
         let table = self.brdf_table(settings.delta_roughness)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
-        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
+        let probe_fits = self.probe.as_ref().is_some_and(|(with_shadows, _)| *with_shadows == needs.shadows);
+        let asks_geometry = needs.path_trace || needs.shadows || needs.probe && !probe_fits;
         let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
-        if let (true, None, Some(rays)) = (needs.probe, &self.probe, &rays) {
+        if let (true, false, Some(rays)) = (needs.probe, probe_fits, &rays) {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
-            self.probe = Some(Rc::new(made));
+            self.probe = Some((needs.shadows, Rc::new(made)));
         }
         let shared = Shared {
             gpu: Rc::clone(&self.gpu),
@@ -147,7 +154,7 @@ impl Renderer {
             resources: Rc::clone(&self.resources),
             lazy_rays: Rc::clone(&self.rays),
         };
-        let probe = self.probe.clone();
+        let probe = self.probe.as_ref().map(|(_, maps)| Rc::clone(maps));
         Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
     }
 

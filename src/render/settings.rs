@@ -68,6 +68,10 @@ pub struct Settings {
     /// Steps of a march before its answer is *unknown*.
     pub max_steps: u32,
     pub trace: Trace,
+    /// Lights cast shadows.
+    pub shadows: bool,
+    /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
+    pub soft_shadow_rays: u32,
     /// Run every pass, needed or not: the picture must not change.
     pub all_passes: bool,
 }
@@ -89,6 +93,8 @@ impl Default for Settings {
             reuse_radius: 2,
             max_steps: 256,
             trace: Trace::Auto,
+            shadows: true,
+            soft_shadow_rays: 16,
             all_passes: false,
         }
     }

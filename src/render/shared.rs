@@ -68,9 +68,11 @@ pub struct LightData {
     pub color: [f32; 3],
     pub cos_inner: f32,
     pub cos_outer: f32,
-    pub reserved0: f32,
-    pub reserved1: f32,
-    pub reserved2: f32,
+    /// Radius, metres; of a directional light the tangent of half its angle.
+    pub size: f32,
+    /// 0: the light goes through everything.
+    pub casts_shadow: u32,
+    pub reserved: u32,
 }
 
 /// Which texture, by which coordinates.
@@ -169,6 +171,8 @@ pub const COUNT_SHIFT: u32 = 28;
 pub const DOUBLE_SIDED: u32 = 1;
 /// [`TriangleData::flags`]: cut out by its texture.
 pub const MASKED: u32 = 2;
+/// [`TriangleData::flags`]: lets light through.
+pub const TRANSMITS: u32 = 4;
 
 /// A triangle of the BVH, in render space.
 #[repr(C)]
@@ -180,7 +184,7 @@ pub struct TriangleData {
     /// Of the triangle's three indices; the highest bit: second and third corner exchanged.
     pub first_index: u32,
     pub edge2: [f32; 3],
-    /// [`DOUBLE_SIDED`], [`MASKED`].
+    /// [`DOUBLE_SIDED`], [`MASKED`], [`TRANSMITS`].
     pub flags: u32,
 }
 

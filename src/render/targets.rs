@@ -89,6 +89,8 @@ pub struct PathTraced {
 pub struct Targets {
     pub gbuffer: GBuffer,
     pub radiance: Image,
+    /// What the punctual lights put on each pixel; `None` where none of them casts a shadow.
+    pub direct: Option<Image>,
     pub rays: Option<RayList>,
     /// What the resolve asks of neighbours; a single texel where nothing is resolved.
     pub guide: Image,
@@ -174,6 +176,7 @@ impl Targets {
         Ok(Targets {
             gbuffer,
             radiance: stereo("radiance", rgba16)?,
+            direct: needs.shadows.then(|| stereo("direct light", rgba32)).transpose()?,
             guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,
                 false => Image::new(gpu, "guide", ImageDesc::stereo(1, 1, vk::Format::R32G32B32A32_UINT))?,

@@ -22,7 +22,7 @@ impl TraceGeometryPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: Rc<RayScene>) -> Result<TraceGeometryPass, GpuError> {
         let words = rays.variant(&shaders::TRACE_GEOMETRY_COMP, &shaders::TRACE_GEOMETRY_RAY_QUERY_COMP).words();
-        let pass = ComputePass::new(gpu, "trace_geometry", &words, &[u32::from(needs.mask)])?;
+        let pass = ComputePass::new(gpu, "trace_geometry", &words, &needs.of_hits())?;
         Ok(TraceGeometryPass { pass, rays })
     }
 

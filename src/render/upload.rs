@@ -8,7 +8,7 @@ use ash::vk;
 use glam::{DMat3, DVec3};
 
 use crate::gpu::{Buffer, Dispatch, Filter, Gpu, GpuError, Image, ImageDesc, MaterialSets, Sampler};
-use crate::scene::{Alpha, Environment, Equirect, Light, Material, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Alpha, Environment, Equirect, LightSource, Material, Scene, Texture, TextureRef, Wrap};
 
 use super::context::Context;
 use super::mips::mip_chain;
@@ -269,36 +269,44 @@ pub fn lights(scene: &Scene, head: DVec3) -> Vec<LightData> {
         color: [0.0; 3],
         cos_inner: 1.0,
         cos_outer: 0.0,
-        reserved0: 0.0,
-        reserved1: 0.0,
-        reserved2: 0.0,
+        size: 0.0,
+        casts_shadow: 1,
+        reserved: 0,
     };
     // The square of the range must be finite in the shader.
     let range = |r: f32| r.min(1e18);
     scene
         .lights
         .iter()
-        .map(|light| match *light {
-            Light::Directional { direction, irradiance } => {
-                LightData { direction: direction.to_array(), color: irradiance.to_array(), ..none }
-            }
-            Light::Point { position, intensity, range_m } => LightData {
-                position: local(position),
-                kind: 1,
-                range: range(range_m),
-                color: intensity.to_array(),
-                ..none
-            },
-            Light::Spot { position, direction, intensity, range_m, inner_rad, outer_rad } => LightData {
-                position: local(position),
-                kind: 2,
-                direction: direction.to_array(),
-                range: range(range_m),
-                color: intensity.to_array(),
-                cos_inner: inner_rad.cos(),
-                cos_outer: outer_rad.cos(),
-                ..none
-            },
+        .map(|light| {
+            let data = match light.source {
+                LightSource::Directional { direction, irradiance } => LightData {
+                    direction: direction.to_array(),
+                    color: irradiance.to_array(),
+                    size: light.size.tan(),
+                    ..none
+                },
+                LightSource::Point { position, intensity, range_m } => LightData {
+                    position: local(position),
+                    kind: 1,
+                    range: range(range_m),
+                    color: intensity.to_array(),
+                    size: light.size,
+                    ..none
+                },
+                LightSource::Spot { position, direction, intensity, range_m, inner_rad, outer_rad } => LightData {
+                    position: local(position),
+                    kind: 2,
+                    direction: direction.to_array(),
+                    range: range(range_m),
+                    color: intensity.to_array(),
+                    cos_inner: inner_rad.cos(),
+                    cos_outer: outer_rad.cos(),
+                    size: light.size,
+                    ..none
+                },
+            };
+            LightData { casts_shadow: u32::from(light.casts_shadow), ..data }
         })
         .collect()
 }

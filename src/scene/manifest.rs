@@ -20,9 +20,12 @@ pub struct Manifest {
     /// Viewpoints; the first is the default. A glTF's own cameras follow them.
     #[serde(default)]
     pub views: Vec<ViewSpec>,
-    /// Lights beside those of the glTF. Nothing casts shadows.
+    /// Lights beside those of the glTF.
     #[serde(default)]
     pub lights: Vec<LightSpec>,
+    /// What a glTF cannot say of its own lights: their size and whether they cast shadows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub file_lights: Vec<FileLightSpec>,
     /// Light from infinity; the default sky when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentSpec>,
@@ -99,7 +102,37 @@ fn default_near() -> f64 {
     0.05
 }
 
-/// A light without shadows. Colours are linear; intensities as in `KHR_lights_punctual` without the 683 lm/W.
+/// Size and shadow of a light that stands in the glTF. Without an entry its shadow is hard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileLightSpec {
+    /// Of the light, or of its node where the light has none. All lights of this name are meant.
+    pub name: String,
+    /// False: its light goes through everything.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub shadows: bool,
+    /// Of a directional light: the whole angle under which it appears, 0 to 90 degrees.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub angle_deg: f32,
+    /// Of any other light: radius of the sphere that it shines from, 0 to 1,000 m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub radius_m: f32,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_true(b: &bool) -> bool {
+    *b
+}
+
+fn is_zero(x: &f32) -> bool {
+    *x == 0.0
+}
+
+/// A light. Colours are linear; intensities as in `KHR_lights_punctual` without the 683 lm/W. Its size softens its
+/// shadow and changes nothing else: no reflection shows the light itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LightSpec {
@@ -108,6 +141,12 @@ pub enum LightSpec {
         direction: [f32; 3],
         /// On a facing surface.
         irradiance: [f32; 3],
+        /// The whole angle under which the light appears, 0 to 90 degrees; the sun's is 0.53.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        angle_deg: f32,
+        /// False: the light goes through everything.
+        #[serde(default = "yes", skip_serializing_if = "is_true")]
+        shadows: bool,
     },
     Point {
         position: [f64; 3],
@@ -116,6 +155,12 @@ pub enum LightSpec {
         /// No light beyond; none = no limit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         range_m: Option<f32>,
+        /// Of the sphere that it shines from, 0 to 1,000 m.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        radius_m: f32,
+        /// False: the light goes through everything.
+        #[serde(default = "yes", skip_serializing_if = "is_true")]
+        shadows: bool,
     },
     Spot {
         position: [f64; 3],
@@ -128,6 +173,12 @@ pub enum LightSpec {
         inner_deg: f32,
         /// From the axis: nothing beyond.
         outer_deg: f32,
+        /// Of the sphere that it shines from, 0 to 1,000 m.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        radius_m: f32,
+        /// False: the light goes through everything.
+        #[serde(default = "yes", skip_serializing_if = "is_true")]
+        shadows: bool,
     },
 }
 
@@ -157,6 +208,8 @@ pub struct SkySpec {
     pub sun_azimuth_deg: f64,
     /// What the sun puts on a surface facing it; it becomes a directional light, never pixels.
     pub sun_irradiance: [f32; 3],
+    /// The whole angle under which the sun appears, 0 to 90 degrees.
+    pub sun_angle_deg: f64,
     /// Extra radiance of the haze towards the sun.
     pub glow: [f32; 3],
 }
@@ -170,6 +223,7 @@ impl Default for SkySpec {
             sun_elevation_deg: 42.0,
             sun_azimuth_deg: 140.0,
             sun_irradiance: [2.2, 2.05, 1.8],
+            sun_angle_deg: 0.53,
             glow: [1.1, 0.95, 0.7],
         }
     }

@@ -151,9 +151,27 @@ pub enum Wrap {
     Clamp,
 }
 
-/// `KHR_lights_punctual`, in the world. No shadows (paper §5).
+/// A light without a shape that is seen, in the world.
 #[derive(Debug, Clone, Copy)]
-pub enum Light {
+pub struct Light {
+    pub source: LightSource,
+    /// Softens the shadow, and nothing else: half the angle under which a directional light appears, radians; the radius
+    /// of a sphere about any other, metres. 0: a hard shadow.
+    pub size: f32,
+    /// False: the light goes through everything.
+    pub casts_shadow: bool,
+}
+
+impl From<LightSource> for Light {
+    /// With a hard shadow.
+    fn from(source: LightSource) -> Light {
+        Light { source, size: 0.0, casts_shadow: true }
+    }
+}
+
+/// Where a light comes from and how strong it is, as in `KHR_lights_punctual`.
+#[derive(Debug, Clone, Copy)]
+pub enum LightSource {
     /// Irradiance on a facing surface, lux-like; `direction` is where the light travels to, unit length.
     Directional { direction: Vec3, irradiance: Vec3 },
     /// Radiant intensity, candela-like; no light beyond `range_m` (infinite when none is given).

@@ -8,6 +8,7 @@ mod case;
 mod depth;
 mod eyes;
 mod gltf;
+mod lights;
 mod lobe;
 mod measure;
 mod meshes;
@@ -25,7 +26,17 @@ pub use sweep::{Along, Row, SWEEPS, Sweep, run as run_sweep};
 
 /// Every case, family after family.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [poor::CASES, meshes::CASES, lobe::CASES, rays::CASES, depth::CASES, eyes::CASES, range::CASES, sizes::CASES]
-        .into_iter()
-        .flatten()
+    [
+        poor::CASES,
+        meshes::CASES,
+        lobe::CASES,
+        rays::CASES,
+        depth::CASES,
+        eyes::CASES,
+        lights::CASES,
+        range::CASES,
+        sizes::CASES,
+    ]
+    .into_iter()
+    .flatten()
 }

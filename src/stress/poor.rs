@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::render::RenderError;
-use crate::scene::{Fallback, Light, View};
+use crate::scene::{Fallback, LightSource, View};
 
 use super::bench::Bench;
 use super::case::{Bound, Case, Worst};
@@ -117,7 +117,7 @@ fn singular(bench: &mut Bench) -> Result<Worst, RenderError> {
 fn light_in_a_surface(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut lit = scene(vec![(plane(2), material(0.05), DAffine3::IDENTITY)], 0.1, view());
     for position in [DVec3::ZERO, view().position, DVec3::new(0.1, 1e-9, 0.1)] {
-        lit.lights.push(Light::Point { position, intensity: Vec3::splat(1e6), range_m: f32::INFINITY });
+        lit.lights.push(LightSource::Point { position, intensity: Vec3::splat(1e6), range_m: f32::INFINITY }.into());
     }
     let lit = Arc::new(lit);
     let mut worst = Worst::largest();

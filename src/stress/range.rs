@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::render::{Firefly, RenderError, Settings};
-use crate::scene::{Fallback, Light};
+use crate::scene::{Fallback, LightSource};
 
 use super::bench::Bench;
 use super::case::{Bound, Case, Worst};
@@ -56,8 +56,8 @@ fn too_bright() -> Vec<(String, Arc<crate::scene::Scene>)> {
         out.push((format!("emitter {bright:e}"), Arc::new(stripes(0.2, bright))));
         let mut lit = scene(vec![(plane(2), material(0.3), DAffine3::IDENTITY)], 0.1, view());
         let (intensity, range_m) = (Vec3::splat(bright), f32::INFINITY);
-        lit.lights.push(Light::Point { position: DVec3::new(0.0, 0.5, 0.0), intensity, range_m });
-        lit.lights.push(Light::Directional { direction: Vec3::NEG_Y, irradiance: intensity });
+        lit.lights.push(LightSource::Point { position: DVec3::new(0.0, 0.5, 0.0), intensity, range_m }.into());
+        lit.lights.push(LightSource::Directional { direction: Vec3::NEG_Y, irradiance: intensity }.into());
         out.push((format!("lights {bright:e}"), Arc::new(lit)));
     }
     out

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::render::{RenderError, Settings};
-use crate::scene::{Fallback, Light};
+use crate::scene::{Fallback, LightSource};
 
 use super::bench::Bench;
 use super::case::{Bound, Case, Worst};
@@ -84,7 +84,7 @@ fn against_reference(bench: &mut Bench) -> Result<Worst, RenderError> {
 
 fn lines(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut hall = hall(0.3, 0.064);
-    hall.lights.push(Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(0.1) });
+    hall.lights.push(LightSource::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(0.1) }.into());
     let hall = Arc::new(hall);
     let mut worst = Worst::largest();
     for (width, height) in [(1, 64), (64, 1), (1, 1)] {

@@ -170,7 +170,7 @@ impl Live {
         });
         let camera = self.fly.view().stereo_camera(f64::from(size.width) / f64::from(size.height));
         if !self.prepared.contains_key(&self.method) {
-            let settings = Settings { ..device::settings(size, 1) };
+            let settings = device::live_settings(&self.gpu, size);
             // One path a pixel: the reference is noisy while one moves, and the frame still comes.
             let method = self.methods[self.method].clone();
             let method = if method.samples() > 64 { method.with_samples(Some(1)) } else { method };

@@ -127,7 +127,7 @@ impl Live<'_> {
             let method = self.methods[self.method].clone();
             let method = if method.samples() > 64 { method.with_samples(Some(1)) } else { method };
             self.prepared = None;
-            let made = self.renderer.prepare(&camera, &method, &device::settings(size, 1))?;
+            let made = self.renderer.prepare(&camera, &method, &device::live_settings(self.renderer.gpu(), size))?;
             self.prepared = Some((self.method, size, made));
         }
         let Some((_, _, prepared)) = &mut self.prepared else { return Ok(0.0) };

@@ -10,7 +10,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::scene::manifest::SkySpec;
-use crate::scene::{Equirect, Light};
+use crate::scene::{Equirect, Light, LightSource};
 
 /// The map has no feature finer than the haze: 256 × 128 is enough.
 pub fn radiance(sky: &SkySpec) -> Equirect {
@@ -30,8 +30,10 @@ pub fn radiance(sky: &SkySpec) -> Equirect {
 pub fn sun(sky: &SkySpec) -> Option<Light> {
     let toward = sun_direction(sky);
     let irradiance = Vec3::from_array(sky.sun_irradiance);
-    (toward.y > 0.0 && irradiance.max_element() > 0.0)
-        .then(|| Light::Directional { direction: -toward.as_vec3(), irradiance })
+    (toward.y > 0.0 && irradiance.max_element() > 0.0).then(|| Light {
+        size: (0.5 * sky.sun_angle_deg).to_radians() as f32,
+        ..LightSource::Directional { direction: -toward.as_vec3(), irradiance }.into()
+    })
 }
 
 fn sun_direction(sky: &SkySpec) -> DVec3 {
@@ -48,7 +50,9 @@ mod tests {
         let sky = SkySpec::default();
         let map = radiance(&sky);
         assert!(map.texels.iter().flatten().all(|c| (0.0..4.0).contains(c)));
-        assert!(matches!(sun(&sky), Some(Light::Directional { direction, .. }) if direction.y < 0.0));
+        assert!(
+            matches!(sun(&sky), Some(Light { source: LightSource::Directional { direction, .. }, .. }) if direction.y < 0.0)
+        );
         assert!(sun(&SkySpec { sun_elevation_deg: -5.0, ..sky }).is_none());
     }
 }

@@ -7,11 +7,12 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 use super::document::Document;
 use super::files::Reader;
 use super::framing;
+use super::lights;
 use crate::scene::environment::sky;
 use crate::scene::error::{Reason, SceneError};
-use crate::scene::manifest::{EnvironmentSpec, LightSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec};
+use crate::scene::manifest::{EnvironmentSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec};
 use crate::scene::motion::{FRAME_S, Motion, Path};
-use crate::scene::{Environment, Equirect, Fallback, Light, Scene, View};
+use crate::scene::{Environment, Equirect, Fallback, Scene, View};
 
 /// Open meshes' thickness over the distance of the nearest content: two pixels of a 1080-line image.
 const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
@@ -37,7 +38,7 @@ fn default_sky() -> Environment {
 /// A glTF seen through a manifest; `map` is its environment file, decoded.
 pub fn with_manifest(
     manifest: &Manifest,
-    document: Document,
+    mut document: Document,
     map: Option<Equirect>,
     reader: Reader,
 ) -> Result<Scene, Reason> {
@@ -45,9 +46,10 @@ pub fn with_manifest(
     if !(exposure.is_finite() && exposure > 0.0) {
         return Err(format!("exposure is {exposure}; it must be a number above 0"));
     }
-    let mut lights = Vec::new();
+    lights::shape_those_of_file(&mut document, &manifest.file_lights)?;
+    let mut placed = Vec::new();
     for (i, light) in manifest.lights.iter().enumerate() {
-        lights.push(self::light(light).map_err(|reason| format!("lights[{i}]: {reason}"))?);
+        placed.push(lights::light(light).map_err(|reason| format!("lights[{i}]: {reason}"))?);
     }
     let environment = match &manifest.environment {
         Some(EnvironmentSpec::Constant(radiance)) => {
@@ -56,7 +58,8 @@ pub fn with_manifest(
         }
         Some(EnvironmentSpec::Map(spec)) => Environment::from_radiance(placed_map(spec, map)?),
         Some(EnvironmentSpec::Sky(spec)) => {
-            lights.extend(sky::sun(spec));
+            lights::half_angle(spec.sun_angle_deg as f32).map_err(|reason| format!("environment.sky: sun_{reason}"))?;
+            placed.extend(sky::sun(spec));
             Environment::from_radiance(sky::radiance(spec))
         }
         None => default_sky(),
@@ -70,7 +73,7 @@ pub fn with_manifest(
     }
     let paths = document.paths.clone();
     let mut scene = scene(manifest.name.clone(), document, environment, reader);
-    scene.lights.extend(lights);
+    scene.lights.extend(placed);
     if !views.is_empty() {
         let own = std::mem::take(&mut scene.views);
         let fresh = own.into_iter().filter(|v| v.name != "default" && views.iter().all(|w| w.name != v.name));
@@ -167,45 +170,6 @@ fn look_at(from: DVec3, to: DVec3) -> Result<DQuat, Reason> {
     Ok(DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize())
 }
 
-fn light(spec: &LightSpec) -> Result<Light, Reason> {
-    let range = |range: Option<f32>| match range {
-        None => Ok(f32::INFINITY),
-        Some(r) if r > 0.0 => Ok(r),
-        Some(r) => Err(format!("range_m is {r}; it must be above 0")),
-    };
-    Ok(match spec {
-        LightSpec::Directional { direction, irradiance } => {
-            check_color("irradiance", *irradiance)?;
-            let direction = Vec3::from_array(*direction).try_normalize().ok_or("direction has no length")?;
-            Light::Directional { direction, irradiance: Vec3::from_array(*irradiance) }
-        }
-        LightSpec::Point { position, intensity, range_m } => {
-            check_color("intensity", *intensity)?;
-            Light::Point {
-                position: finite(*position)?,
-                intensity: Vec3::from_array(*intensity),
-                range_m: range(*range_m)?,
-            }
-        }
-        LightSpec::Spot { position, target, intensity, range_m, inner_deg, outer_deg } => {
-            check_color("intensity", *intensity)?;
-            if !(0.0 <= *inner_deg && inner_deg < outer_deg && *outer_deg <= 90.0) {
-                return Err(format!("0 ≤ inner_deg < outer_deg ≤ 90 must hold; they are {inner_deg} and {outer_deg}"));
-            }
-            let position = finite(*position)?;
-            let direction = (finite(*target)? - position).try_normalize().ok_or("target and position are one point")?;
-            Light::Spot {
-                position,
-                direction: direction.as_vec3(),
-                intensity: Vec3::from_array(*intensity),
-                range_m: range(*range_m)?,
-                inner_rad: inner_deg.to_radians(),
-                outer_rad: outer_deg.to_radians(),
-            }
-        }
-    })
-}
-
 fn placed_map(spec: &MapSpec, map: Option<Equirect>) -> Result<Equirect, Reason> {
     if !(spec.intensity.is_finite() && spec.intensity >= 0.0 && spec.rotation_deg.is_finite()) {
         return Err(format!("environment: intensity {} or rotation {} is no use", spec.intensity, spec.rotation_deg));
@@ -249,12 +213,12 @@ fn period(period_s: f64) -> Result<(), Reason> {
     if period_s.is_finite() && period_s != 0.0 { Ok(()) } else { Err(format!("period_s is {period_s}")) }
 }
 
-fn finite(p: [f64; 3]) -> Result<DVec3, Reason> {
+pub(super) fn finite(p: [f64; 3]) -> Result<DVec3, Reason> {
     let p = DVec3::from_array(p);
     if p.is_finite() { Ok(p) } else { Err("a coordinate is not finite".to_owned()) }
 }
 
-fn check_color(what: &str, c: [f32; 3]) -> Result<(), Reason> {
+pub(super) fn check_color(what: &str, c: [f32; 3]) -> Result<(), Reason> {
     if c.iter().all(|x| x.is_finite() && *x >= 0.0) {
         Ok(())
     } else {

@@ -15,7 +15,7 @@ use super::nodes::{self, Placed};
 use super::repair::{self, Mesh};
 use super::{container, material, mesh, weld};
 use crate::scene::error::{Reason, SceneError};
-use crate::scene::{Instance, Light, Material, Primitive, Texture, View};
+use crate::scene::{Instance, Light, LightSource, Material, Primitive, Texture, View};
 
 /// Distance between the eyes where a glTF camera says nothing: the adult mean, metres.
 pub const DEFAULT_IPD_M: f64 = 0.063;
@@ -30,6 +30,8 @@ pub struct Document {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub lights: Vec<Light>,
+    /// Per light: its own name, or its node's where it has none.
+    pub light_names: Vec<String>,
     pub views: Vec<View>,
     pub repairs: Vec<String>,
 }
@@ -243,9 +245,9 @@ impl Builder<'_> {
         let position = placed.world_from_node.translation;
         let direction = orientation(placed).map_or(DVec3::NEG_Z, |q| q * DVec3::NEG_Z).as_vec3();
         let Checked::Valid(kind) = &light.type_ else { return Err(format!("{label}: unknown kind of light")) };
-        self.out.lights.push(match kind {
-            LightType::Directional => Light::Directional { direction, irradiance: power },
-            LightType::Point => Light::Point { position, intensity: power, range_m },
+        let source = match kind {
+            LightType::Directional => LightSource::Directional { direction, irradiance: power },
+            LightType::Point => LightSource::Point { position, intensity: power, range_m },
             LightType::Spot => {
                 let (inner, outer) = light
                     .spot
@@ -257,9 +259,12 @@ impl Builder<'_> {
                     std::f32::consts::FRAC_PI_4
                 };
                 let inner_rad = if inner.is_finite() { inner.clamp(0.0, outer_rad - 5e-4) } else { 0.0 };
-                Light::Spot { position, direction, intensity: power, range_m, inner_rad, outer_rad }
+                LightSource::Spot { position, direction, intensity: power, range_m, inner_rad, outer_rad }
             }
-        });
+        };
+        self.out.lights.push(source.into());
+        let name = light.name.as_ref().or(self.buffers.root.nodes[placed.node].name.as_ref());
+        self.out.light_names.push(name.cloned().unwrap_or_default());
         Ok(())
     }
 }

@@ -7,6 +7,7 @@ mod document;
 mod files;
 mod framing;
 mod image;
+mod lights;
 mod material;
 mod mesh;
 mod nodes;

@@ -1,0 +1,82 @@
+#version 460
+// In: G-buffer, lights, the scene's BVH. Out: what the punctual lights put on each pixel, in the shadows of all matter.
+// The random numbers of soft shadows do not depend on the seed: a view's shadows are one pattern, as its geometry is,
+// whatever is traced on top of it.
+#extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
+#include "common/shared.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const uint HAS_MASK = 1u;
+layout(constant_id = 1) const uint HAS_GLASS = 1u;
+
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
+layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
+#ifdef RAY_QUERY
+layout(binding = 2) uniform accelerationStructureEXT ray_structure;
+#else
+layout(binding = 2) uniform usampler2D node_rows;
+#endif
+layout(binding = 3) uniform usampler2D triangle_rows;
+layout(binding = 4, std430) readonly buffer Instances { InstanceData instances[]; };
+layout(binding = 5, std430) readonly buffer Materials { MaterialData materials[]; };
+layout(binding = 6, std430) readonly buffer Textures { TextureData textures[]; };
+layout(binding = 7, std430) readonly buffer Texels { uint texels[]; };
+layout(binding = 8, std430) readonly buffer Vertices { float vertices[]; };
+layout(binding = 9, std430) readonly buffer Indices { uint indices[]; };
+layout(binding = 10) uniform usampler2DArray surface_image;
+layout(binding = 11) uniform sampler2DArray depth_image;
+layout(binding = 12, rgba32f) writeonly uniform image2DArray direct_image;
+// Rays to a light that has a size, at the most.
+layout(push_constant) uniform Constants { uint soft_rays; };
+
+#include "common/camera.glsl"
+#include "common/hit_surface.glsl"
+#include "common/lights.glsl"
+#include "common/shadow.glsl"
+
+// The rays of a pixel's first question: whether all that stands on the rim of the light's disc is alike. Where it is,
+// the light is whole or hidden: an edge across the disc that none of them finds hides at most 3 % of it.
+const uint RIM_RAYS = 6u;
+
+vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) {
+    if (lights[i].size == 0.0) return light_share(lights[i], position, face_normal, vec2(0.0));
+    float turn = draw_1d(0u, eye, pixel, i, DRAW_RIM);
+    vec3 low = vec3(1.0), high = vec3(0.0);
+    for (uint k = 0u; k < RIM_RAYS; ++k) {
+        float phi = 2.0 * PI * (float(k) + turn) / float(RIM_RAYS);
+        vec3 share = light_share(lights[i], position, face_normal, vec2(cos(phi), sin(phi)));
+        low = min(low, share);
+        high = max(high, share);
+    }
+    if (low == high) return low;
+    vec3 sum = vec3(0.0);
+    for (uint k = 0u; k < soft_rays; ++k) {
+        vec2 u = draw_2d(Draws(0u, eye, pixel, k), DRAW_LIGHT + i);
+        sum += light_share(lights[i], position, face_normal, on_disc(u));
+    }
+    return sum / float(soft_rays);
+}
+
+void main() {
+    uvec3 id = gl_GlobalInvocationID;
+    if (any(greaterThanEqual(id.xy, frame.size))) return;
+    ivec3 texel = ivec3(id);
+    uint eye = id.z;
+    vec2 center = vec2(id.xy) + 0.5;
+    float depth = texelFetch(depth_image, texel, 0).x;
+    vec3 direct = vec3(0.0);
+    if (depth != 0.0) {
+        Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
+        vec3 position = render_position(eye, center, depth);
+        vec3 v = normalize(eye_position(eye) - position);
+        for (uint i = 0u; i < frame.light_count; ++i) {
+            vec3 light = from_light(lights[i], s, position, v);
+            if (all(equal(light, vec3(0.0)))) continue;
+            direct += light * mean_share(i, position, s.face_normal, eye, id.xy);
+        }
+    }
+    imageStore(direct_image, texel, vec4(direct, 1.0));
+}

@@ -1,0 +1,54 @@
+//! What the punctual lights put on each pixel, in the shadows of all matter.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
+
+use super::bvh::RayScene;
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::SceneResources;
+
+/// See `shaders/shadows.comp`.
+pub struct ShadowsPass {
+    pass: ComputePass,
+    soft_rays: u32,
+}
+
+impl ShadowsPass {
+    /// `soft_rays`: rays to a light that has a size, a pixel.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene, soft_rays: u32) -> Result<ShadowsPass, GpuError> {
+        let words = rays.variant(&shaders::SHADOWS_COMP, &shaders::SHADOWS_RAY_QUERY_COMP).words();
+        let pass = ComputePass::new(gpu, "shadows", &words, &[u32::from(needs.mask), u32::from(needs.glass)])?;
+        Ok(ShadowsPass { pass, soft_rays })
+    }
+
+    /// Writes `direct` of [`Targets`].
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        rays: &RayScene,
+        context: &Context,
+        (targets, direct): (&Targets, &Image),
+    ) -> Result<(), GpuError> {
+        frame
+            .compute(&self.pass)
+            .uniform(&context.frame)
+            .read_buffer(&context.lights)
+            .with(|chain| rays.bind(chain, resources, context))
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .write(direct)
+            .constants(&self.soft_rays)
+            .dispatch_stereo(direct.extent())
+    }
+}
