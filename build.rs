@@ -6,6 +6,8 @@ use std::process::Command;
 
 /// Shaders that are compiled a second time with a word defined, as NAME_word.comp.
 const VARIANTS: &[(&str, &str)] = &[
+    ("gather.comp", "RAY_QUERY"),
+    ("indirect.comp", "RAY_QUERY"),
     ("path_rays.comp", "RAY_QUERY"),
     ("path_trace.comp", "RAY_QUERY"),
     ("probe.comp", "RAY_QUERY"),

@@ -7,6 +7,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
+layout(constant_id = 2) const uint INDIRECT = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -20,6 +21,7 @@ layout(binding = 8) uniform sampler2D brdf_table;
 layout(binding = 9, rgba16f) writeonly uniform image2DArray radiance_image;
 layout(binding = 10) uniform sampler2DArray emission_image;
 layout(binding = 11) uniform sampler2DArray direct_image;
+layout(binding = 12) uniform sampler2DArray indirect_image;
 
 #include "common/camera.glsl"
 #include "common/shade.glsl"
@@ -40,10 +42,17 @@ void main() {
         vec3 position = render_position(eye, center, depth);
         vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
         vec3 v = normalize(eye_position(eye) - position);
-        if (SHADOWS != 0u) {
-            radiance = shade_without_lights(s, emission, v) + texelFetch(direct_image, texel, 0).rgb;
-        } else {
+        if (SHADOWS + INDIRECT == 0u) {
             radiance = shade(s, emission, position, v);
+        } else {
+            radiance = INDIRECT != 0u
+                     ? shade_without_lights_in(texelFetch(indirect_image, texel, 0).rgb, s, emission, v)
+                     : shade_without_lights(s, emission, v);
+            if (SHADOWS != 0u) {
+                radiance += texelFetch(direct_image, texel, 0).rgb;
+            } else {
+                for (uint i = 0u; i < frame.light_count; ++i) radiance += from_light(lights[i], s, position, v);
+            }
         }
     }
     imageStore(radiance_image, texel, vec4(storable(radiance), 1.0));

@@ -12,10 +12,11 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint HAS_GLASS = 1u;
+layout(constant_id = 3) const uint INDIRECT = 1u;
 
 #include "common/geometry_rays.glsl"
-layout(binding = 19, rgba32ui) writeonly uniform uimage2DArray hit_image;
-layout(binding = 20, rgba16f) writeonly uniform image2DArray ray_radiance_image;
+layout(binding = 21, rgba32ui) writeonly uniform uimage2DArray hit_image;
+layout(binding = 22, rgba16f) writeonly uniform image2DArray ray_radiance_image;
 layout(push_constant) uniform Constants { uint sample_index; };
 
 #include "common/camera.glsl"
@@ -54,7 +55,7 @@ void main() {
             atomicAdd(counters.hits, 1u);
             vec3 emission;
             Surface other = hit_surface(found, -ray.direction, emission);
-            radiance = shade_hit(other, emission, origin + ray.direction * found.t, -ray.direction, draws);
+            radiance = shade_hit(other, emission, found, origin + ray.direction * found.t, -ray.direction, draws);
             hit.status = HIT;
             hit.distance = found.t;
         }

@@ -12,14 +12,15 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint HAS_GLASS = 1u;
+layout(constant_id = 3) const uint INDIRECT = 1u;
 
 #include "common/geometry_rays.glsl"
 // Σ L and the samples so far; its compensation and Σ w/distance; Σ L² and Σ w, w the luminance of a sample's weight.
-layout(binding = 19, rgba32f) uniform image2DArray sum_image;
-layout(binding = 20, rgba32f) uniform image2DArray compensation_image;
-layout(binding = 21, rgba32f) uniform image2DArray square_image;
-layout(binding = 22, rgba32f) writeonly uniform image2DArray reflection_image;
-layout(binding = 23, rgba32f) writeonly uniform image2DArray error_image;
+layout(binding = 21, rgba32f) uniform image2DArray sum_image;
+layout(binding = 22, rgba32f) uniform image2DArray compensation_image;
+layout(binding = 23, rgba32f) uniform image2DArray square_image;
+layout(binding = 24, rgba32f) writeonly uniform image2DArray reflection_image;
+layout(binding = 25, rgba32f) writeonly uniform image2DArray error_image;
 layout(push_constant) uniform Constants { uint first_sample; uint sample_count; };
 
 #include "common/camera.glsl"
@@ -56,7 +57,7 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, Draws draws, inout Tally tally) {
     tally.nearness.x += luminance(weight) / max(hit.t, 1e-6);
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
-    vec3 radiance = shade_hit(other, emission, origin + ray.direction * hit.t, -ray.direction, draws);
+    vec3 radiance = shade_hit(other, emission, hit, origin + ray.direction * hit.t, -ray.direction, draws);
     // `min` may turn a NaN into its other argument, so it is counted first.
     if (any(isnan(radiance))) ++tally.nan;
     // What screen space could have seen: no more than fp16 holds.

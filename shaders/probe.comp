@@ -11,6 +11,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint HAS_GLASS = 1u;
+layout(constant_id = 3) const uint INDIRECT = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -30,7 +31,9 @@ layout(binding = 10) uniform sampler2D environment_map;
 layout(binding = 11) uniform sampler2D irradiance_map;
 layout(binding = 12) uniform sampler2D specular_map;
 layout(binding = 13) uniform sampler2D brdf_table;
-layout(binding = 14, rgba32f) writeonly uniform image2D probe_image;
+layout(binding = 14) uniform usampler2D patch_rows;
+layout(binding = 15) uniform usampler2D light_rows;
+layout(binding = 16, rgba32f) writeonly uniform image2D probe_image;
 // xyz: the place, render space; w: samples a texel.
 layout(push_constant) uniform Constants { vec4 place; };
 
@@ -56,7 +59,7 @@ void main() {
         }
         vec3 emission;
         Surface s = hit_surface(hit, -d, emission);
-        sum += min(shade_hit(s, emission, place.xyz + d * hit.t, -d, Draws(0u, 0u, id, i)), vec3(65504.0));
+        sum += min(shade_hit(s, emission, hit, place.xyz + d * hit.t, -d, Draws(0u, 0u, id, i)), vec3(65504.0));
     }
     imageStore(probe_image, ivec2(id), vec4(sum / float(samples), 1.0));
 }

@@ -12,10 +12,11 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint HAS_MASK = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint HAS_GLASS = 1u;
+layout(constant_id = 3) const uint INDIRECT = 1u;
 
 #include "common/geometry_rays.glsl"
-layout(binding = 19, rgba32ui) uniform uimage2DArray hit_image;
-layout(binding = 20, rgba16f) writeonly uniform image2DArray ray_radiance_image;
+layout(binding = 21, rgba32ui) uniform uimage2DArray hit_image;
+layout(binding = 22, rgba16f) writeonly uniform image2DArray ray_radiance_image;
 layout(push_constant) uniform Constants { uint sample_index; };
 
 #include "common/camera.glsl"
@@ -78,7 +79,7 @@ void trace_listed(ivec3 texel) {
     } else {
         vec3 emission;
         Surface other = hit_surface(found, -ray.direction, emission);
-        vec3 radiance = shade_hit(other, emission, there, -ray.direction, draws);
+        vec3 radiance = shade_hit(other, emission, found, there, -ray.direction, draws);
         hit.status = SHADED;
         imageStore(ray_radiance_image, texel, vec4(storable(radiance), 0.0));
     }

@@ -6,7 +6,8 @@ use std::mem::offset_of;
 
 use cyclopean::render::shaders;
 use cyclopean::render::shared::{
-    CountersData, EyeUniform, FrameUniform, InstanceData, LightData, MaterialData, TextureData, TextureSlot,
+    CountersData, EmitterData, EyeUniform, FrameUniform, InstanceData, LightData, MaterialData, TextureData,
+    TextureSlot,
 };
 use spirq::ReflectConfig;
 use spirq::ty::Type;
@@ -76,6 +77,7 @@ fn host() -> BTreeMap<String, Layout> {
         }),
         layout!(InstanceData { render_from_object, normal_matrix, material, first_vertex, first_index, closed }),
         layout!(TextureData { offset, width, height, flags }),
+        layout!(EmitterData { triangle, cumulative }),
         layout!(CountersData {
             nan,
             inf,
@@ -130,6 +132,7 @@ fn host_and_shaders_agree_on_every_offset() {
         ("MaterialData", size_of::<MaterialData>()),
         ("InstanceData", size_of::<InstanceData>()),
         ("TextureData", size_of::<TextureData>()),
+        ("EmitterData", size_of::<EmitterData>()),
     ]);
     for (name, layout) in host() {
         let in_shaders = found.get(&name).unwrap_or_else(|| panic!("no shader uses {name}: remove it on both sides"));

@@ -78,7 +78,9 @@ Intersection intersect(vec3 origin, vec3 direction) {
         for (uint i = first; i < end; ++i) {
             Meeting m;
             if (!meets(i, origin, direction, best.t, m)) continue;
+#ifndef TWO_SIDED
             if (m.facing <= 0.0 && (m.flags & DOUBLE_SIDED) == 0u) continue;
+#endif
             if (HAS_MASK != 0u && (m.flags & MASKED) != 0u && !uncut(i, m.uv)) continue;
             best = Intersection(m.t, m.uv, i);
         }

@@ -1,5 +1,5 @@
 // What every pass reads that sends listed rays through the scene's geometry (twin: `bind_geometry_rays` in bvh.rs): the
-// frame, the list, lights, the scene as rays.glsl and hit_surface.glsl ask it, the G-buffer, what shade.glsl reads.
+// frame, the list, lights, the scene as rays.glsl and hit_surface.glsl ask it, the G-buffer, what shade.glsl reads, baked light.
 #ifndef GEOMETRY_RAYS_GLSL
 #define GEOMETRY_RAYS_GLSL
 
@@ -26,5 +26,7 @@ layout(binding = 15) uniform sampler2D environment_map;
 layout(binding = 16) uniform sampler2D irradiance_map;
 layout(binding = 17) uniform sampler2D specular_map;
 layout(binding = 18) uniform sampler2D brdf_table;
+layout(binding = 19) uniform usampler2D patch_rows;
+layout(binding = 20) uniform usampler2D light_rows;
 
 #endif

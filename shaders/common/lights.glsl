@@ -6,6 +6,10 @@
 
 // Punctual lights have no size; a mirror would show none of it. Their highlights are as wide as at this roughness.
 const float PUNCTUAL_ROUGHNESS = 0.1;
+// A light is never nearer than this, in square metres.
+#ifndef NEAREST_SQUARED
+#define NEAREST_SQUARED 1e-8
+#endif
 // Beyond what any target holds, and finite after the lobe (at most 1/(4π α²) of it) and a sum over lights.
 const float MOST_IRRADIANCE = 1e30;
 
@@ -16,7 +20,7 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
         return min(light.color, vec3(MOST_IRRADIANCE));
     }
     vec3 to_light = light.position - position;
-    float d2 = max(dot(to_light, to_light), 1e-8);
+    float d2 = max(dot(to_light, to_light), NEAREST_SQUARED);
     l = to_light * inversesqrt(d2);
     // KHR_lights_punctual's window.
     float q = d2 / square(light.range);

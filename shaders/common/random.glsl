@@ -52,6 +52,9 @@ vec2 sample_2d(uint seed, uint token, uvec2 pixel, uint index) {
 const uint DRAW_FADE = 3u;
 const uint DRAW_ASK = 4u;
 const uint DRAW_RIM = 5u;
+const uint DRAW_GATHER = 6u;
+const uint DRAW_EMITTER = 7u;
+const uint DRAW_EMITTER_POINT = 8u;
 // And a pair of them: the point of light i is DRAW_LIGHT + i.
 const uint DRAW_LIGHT = 16u;
 

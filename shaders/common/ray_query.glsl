@@ -8,7 +8,11 @@
 const uint INSTANCE_STEP = 16u;
 
 Intersection intersect(vec3 origin, vec3 direction) {
+#ifdef TWO_SIDED
+    uint flags = 0u;
+#else
     uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
+#endif
     if (HAS_MASK == 0u) flags |= gl_RayFlagsOpaqueEXT;
     rayQueryEXT query;
     rayQueryInitializeEXT(query, ray_structure, flags, 0xffu, origin, 0.0, direction, FLT_MAX);

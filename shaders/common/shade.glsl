@@ -27,6 +27,15 @@ vec3 shade_without_lights(Surface s, vec3 emission, vec3 v) {
     return sum;
 }
 
+// The same where the light about the surface (irradiance / π) is known: it stands in for the environment, and for what a
+// surface reflects that is too rough for a ray.
+vec3 shade_without_lights_in(vec3 ambient, Surface s, vec3 emission, vec3 v) {
+    vec3 specular = specular_albedo(s.f0, max(dot(s.normal, v), 1e-4), s.roughness);
+    vec3 share = s.albedo * (1.0 - specular);
+    if (s.roughness > frame.ray_roughness_limit) share += specular;
+    return emission + share * ambient;
+}
+
 // Nothing casts a shadow.
 vec3 shade(Surface s, vec3 emission, vec3 position, vec3 v) {
     vec3 sum = shade_without_lights(s, emission, v);

@@ -81,6 +81,12 @@ struct TextureData {
     uint flags;             // bits 0–1 wrap u, 2–3 wrap v (0 repeat, 1 mirror, 2 clamp), 4 sRGB, 5 nearest
 };
 
+// A triangle that glows, and the share of all light that it and those before it emit.
+struct EmitterData {
+    uint triangle;
+    float cumulative;
+};
+
 // Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).
 const uint VERTEX_WORDS = 15u;
 

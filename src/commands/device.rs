@@ -24,6 +24,11 @@ pub fn cache_folder() -> PathBuf {
     GpuOptions::from_environment().pipeline_cache.unwrap_or_else(|| PathBuf::from(".cyclopean"))
 }
 
+/// Where baked light is kept.
+pub fn light_folder() -> PathBuf {
+    cache_folder().join("references").join("light")
+}
+
 /// Pixels of one eye, as `WxH`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {

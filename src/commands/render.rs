@@ -70,6 +70,10 @@ pub struct Args {
     /// Let every light go through everything, as in the paper.
     #[arg(long)]
     no_shadows: bool,
+    /// Indirect diffuse light, gathered once a scene and kept in the user's cache folder. Instead of the environment's, it
+    /// lights what the views and the rays see.
+    #[arg(long)]
+    indirect: bool,
     /// Say which parts of the frame run, which are left out, and why.
     #[arg(long)]
     explain: bool,
@@ -157,13 +161,14 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         all_passes: args.all_passes,
         trace: args.trace,
         shadows: !args.no_shadows,
+        indirect: args.indirect,
         ..device::settings(size, args.seed)
     };
     // Fail before the work, not after it.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make the folder {}", args.out.display()))?;
 
     let camera = view.stereo_camera(settings.aspect());
-    let mut renderer = Renderer::new(&gpu, Arc::clone(&scene))?;
+    let mut renderer = Renderer::new(&gpu, Arc::clone(&scene))?.keep_light_in(device::light_folder());
     let request = Request { camera: &camera, method: &method, settings: &settings, frames: args.frames };
     let mut progress = None;
     let rendered = renderer.render(&request, &mut |done, total| {

@@ -111,7 +111,9 @@ impl StimulusRenderer for GpuStimuli {
         }
         let renderer = match &mut self.renderer {
             Some(renderer) => renderer,
-            empty => empty.insert(Renderer::new(&self.gpu, Arc::clone(&job.scene))?),
+            empty => {
+                empty.insert(Renderer::new(&self.gpu, Arc::clone(&job.scene))?.keep_light_in(device::light_folder()))
+            }
         };
         let asked = Request { camera: &job.camera, method: &job.method, settings: &job.settings, frames: 1 };
         let rendered = renderer.render(&asked, &mut |_, _| check_interrupted())?;

@@ -46,7 +46,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     let scene = Arc::new(scene::load(name)?);
     let view = view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
-    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));
     let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
     let masks = [0, 1].map(|eye| reference.mask(eye));
     let traced: usize = masks.iter().flatten().filter(|m| **m).count();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::gpu::PassTime;
 
 /// Passes that every method has alike, reflections or not.
-const SHARED: [&str; 4] = ["gbuffer", "shadows", "lighting", "composite"];
+const SHARED: [&str; 5] = ["gbuffer", "shadows", "indirect", "lighting", "composite"];
 
 /// Milliseconds by group: `total` is all reflection work, `trace` and `resolve` hold every stage of theirs,
 /// `trace_resolve` both; the other passes stand under their names.

@@ -16,7 +16,9 @@ use super::context::Context;
 use super::mips::mip_chain;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
-use super::shared::{COUNT_SHIFT, DOUBLE_SIDED, LEAF, MASKED, NodeData, TRANSMITS, TextureData, TriangleData};
+use super::shared::{
+    COUNT_SHIFT, DOUBLE_SIDED, EmitterData, LEAF, MASKED, NodeData, TRANSMITS, TextureData, TriangleData,
+};
 use super::targets::{GBuffer, RayList};
 use super::upload::{Range, SceneResources};
 
@@ -37,6 +39,10 @@ pub struct RayScene {
     pub triangles: Image,
     pub textures: Buffer,
     pub texels: Buffer,
+    /// Triangles that glow.
+    pub emitters: Vec<EmitterData>,
+    /// Σ area × luminance of the emission's factor over them.
+    pub emitted: f32,
     /// How many times textures were halved to fit one storage buffer; 0 as a rule.
     pub halvings: u32,
 }
@@ -72,6 +78,7 @@ impl RayScene {
         if triangles.is_empty() {
             triangles.push(bytemuck::Zeroable::zeroed());
         }
+        let (emitters, emitted) = emitters(scene, &triangles);
         let (textures, texels, halvings) = pack_textures(&scene.textures, gpu.max_storage_bytes());
         Ok(RayScene {
             head,
@@ -79,6 +86,8 @@ impl RayScene {
             triangles: upload_rows(gpu, "BVH triangles", &triangles)?,
             textures: Buffer::with_content(gpu, "textures for hits", &textures)?,
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
+            emitters,
+            emitted,
             halvings,
         })
     }
@@ -138,6 +147,7 @@ impl RayScene {
             .sampled(&gbuffer.surface, &context.nearest)
             .sampled(&gbuffer.depth, &context.nearest)
             .with(|chain| resources.environment.bind(chain, context))
+            .with(|chain| context.baked.bind(chain, context))
     }
 
     /// Binds what `rays.glsl` and `hit_surface.glsl` read.
@@ -166,7 +176,7 @@ impl RayScene {
 const ROW_WIDTH: usize = 4096;
 
 /// Structures as texels: a fetch is cheaper than a gather from a buffer on software devices, and no dearer elsewhere.
-fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Image, GpuError> {
+pub fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Image, GpuError> {
     let mut bytes = bytemuck::cast_slice::<T, u8>(content).to_vec();
     let rows = bytes.len().div_ceil(16 * ROW_WIDTH).max(1);
     bytes.resize(rows * 16 * ROW_WIDTH, 0);
@@ -205,6 +215,24 @@ fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<Triangle
         }
     }
     out
+}
+
+/// Triangles whose material emits, and what they emit together.
+fn emitters(scene: &Scene, triangles: &[TriangleData]) -> (Vec<EmitterData>, f32) {
+    let mut sum = 0.0f64;
+    let mut powers = Vec::new();
+    for (number, t) in triangles.iter().enumerate() {
+        let Some(instance) = scene.instances.get(t.instance as usize) else { continue };
+        let emissive = scene.materials[scene.primitives[instance.primitive].material].emissive;
+        let luminance = f64::from(emissive.dot(Vec3::new(0.2126, 0.7152, 0.0722)).min(1e12));
+        let area = 0.5 * f64::from(Vec3::from(t.edge1).cross(Vec3::from(t.edge2)).length());
+        if luminance * area > 0.0 {
+            sum += luminance * area;
+            powers.push((number as u32, sum));
+        }
+    }
+    let share = |&(triangle, upto): &(u32, f64)| EmitterData { triangle, cumulative: (upto / sum) as f32 };
+    (powers.iter().map(share).collect(), sum as f32)
 }
 
 /// Nodes, and the order in which they refer to triangles.

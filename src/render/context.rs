@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
 use crate::scene::{Eye, Fallback, Scene, StereoCamera};
 
+use super::baked::BakedLight;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
 use super::upload::{self, SceneResources};
@@ -24,6 +25,8 @@ pub struct Context {
     pub instances: Buffer,
     pub counters: Buffer,
     pub brdf_table: Rc<Image>,
+    /// Empty where no pass reads it.
+    pub baked: Rc<BakedLight>,
     pub nearest: Sampler,
     pub linear: Sampler,
 }
@@ -35,7 +38,7 @@ impl Context {
         gpu: &Rc<Gpu>,
         scene: &Scene,
         resources: &SceneResources,
-        brdf_table: Rc<Image>,
+        (brdf_table, baked): (Rc<Image>, Rc<BakedLight>),
         (camera, settings, guard): (&StereoCamera, &Settings, [u32; 2]),
     ) -> Result<Context, GpuError> {
         let head = camera.head();
@@ -53,6 +56,7 @@ impl Context {
             instances: Buffer::with_content(gpu, "instances", &instances)?,
             counters: Buffer::device(gpu, "counters", words(size_of::<CountersData>() / 4))?,
             brdf_table,
+            baked,
             nearest: Sampler::new(gpu, Filter::NEAREST)?,
             linear: Sampler::new(gpu, Filter::LINEAR)?,
         })

@@ -21,7 +21,12 @@ impl LightingPass {
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
         Ok(LightingPass {
-            pass: ComputePass::new(gpu, "lighting", &words, &[u32::from(needs.emission), u32::from(needs.shadows)])?,
+            pass: ComputePass::new(
+                gpu,
+                "lighting",
+                &words,
+                &[needs.emission, needs.shadows, needs.indirect].map(u32::from),
+            )?,
         })
     }
 
@@ -35,6 +40,7 @@ impl LightingPass {
         targets: &Targets,
     ) -> Result<(), GpuError> {
         let direct: &Image = targets.direct.as_ref().unwrap_or(&targets.nothing);
+        let indirect: &Image = targets.indirect.as_ref().unwrap_or(&targets.nothing);
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
@@ -47,6 +53,7 @@ impl LightingPass {
             .write(&targets.radiance)
             .sampled(emission, &context.nearest)
             .sampled(direct, &context.nearest)
+            .sampled(indirect, &context.nearest)
             .dispatch_stereo(targets.radiance.extent())
     }
 }

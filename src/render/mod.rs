@@ -2,6 +2,7 @@
 //!
 //! A frame asks the scene, the view and the method what they need ([`needs`]) and leaves the rest out.
 
+mod baked;
 mod brdf_table;
 mod bvh;
 mod classify;
@@ -13,6 +14,7 @@ mod gbuffer;
 pub mod geometry;
 pub mod hits;
 mod identity;
+mod indirect;
 mod lazy_rays;
 mod lighting;
 pub mod method;

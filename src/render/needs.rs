@@ -25,6 +25,8 @@ pub struct Needs {
     pub mask: bool,
     /// Lights cast shadows.
     pub shadows: bool,
+    /// Baked light stands in for the environment's diffuse light.
+    pub indirect: bool,
     /// Light passes through some material.
     pub glass: bool,
     /// Back faces bound the matter of closed meshes.
@@ -82,6 +84,11 @@ impl Needs {
             parts.needed("shadows", casts, "lights cast shadows", "no light in the scene casts a shadow")
         } else {
             parts.never("shadows", "shadows are switched off")
+        };
+        let indirect = if settings.indirect {
+            parts.needed("indirect", !scene.instances.is_empty(), "surfaces light each other", "there is no surface")
+        } else {
+            parts.never("indirect", "indirect light was not asked for")
         };
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
@@ -148,6 +155,7 @@ impl Needs {
             emission,
             mask,
             shadows,
+            indirect,
             glass: used().any(|m| m.transmission > 0.0),
             back_faces,
             rays,
@@ -163,8 +171,8 @@ impl Needs {
     }
 
     /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
-    pub fn of_hits(&self) -> [u32; 3] {
-        [self.mask, self.shadows, self.glass].map(u32::from)
+    pub fn of_hits(&self) -> [u32; 4] {
+        [self.mask, self.shadows, self.glass, self.indirect].map(u32::from)
     }
 
     /// Every part in order.

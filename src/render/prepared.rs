@@ -22,6 +22,7 @@ use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
 use super::geometry::Geometry;
 use super::hits::{self, RayEnd};
+use super::indirect::IndirectPass;
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
 use super::method::Method;
@@ -44,6 +45,7 @@ struct Passes {
     gbuffer: GBufferPass,
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
+    indirect: Option<IndirectPass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
     march: Option<(DepthPyramidPass, TracePass)>,
@@ -62,12 +64,16 @@ impl Passes {
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
-        let of_lights = rays.filter(|_| needs.shadows);
+        let of_lights = rays;
         let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
-            shadows: of_lights.map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays)).transpose()?,
+            indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
+            shadows: of_lights
+                .filter(|_| needs.shadows)
+                .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
+                .transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             march: match needs.screen_space {
@@ -117,8 +123,8 @@ pub struct Prepared {
     context: Context,
     targets: Targets,
     passes: Passes,
-    /// The lights' share of the view is still that of the last frame: it depends on neither seed nor method.
-    direct_is_current: Cell<bool>,
+    /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
+    lit: Cell<bool>,
 }
 
 /// What is known of a frame besides its images.
@@ -170,7 +176,7 @@ impl Prepared {
             context,
             targets,
             passes,
-            direct_is_current: Cell::new(false),
+            lit: Cell::new(false),
         })
     }
 
@@ -181,7 +187,10 @@ impl Prepared {
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
-        let asked = self.rays.as_deref().filter(|_| self.needs.path_trace || self.needs.probe || self.needs.shadows);
+        let asked = self
+            .rays
+            .as_deref()
+            .filter(|_| self.needs.path_trace || self.needs.probe || self.needs.shadows || self.needs.indirect);
         asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
 
@@ -208,7 +217,7 @@ impl Prepared {
     /// kilometres of it single precision is finer than a pixel.
     pub fn set_camera(&mut self, camera: &StereoCamera) {
         self.camera = *camera;
-        self.direct_is_current.set(false);
+        self.lit.set(false);
         self.update();
     }
 
@@ -256,11 +265,8 @@ impl Prepared {
         {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
-        if let (Some(pass), Some(rays), Some(direct)) = (&passes.shadows, &self.rays, &targets.direct)
-            && (self.settings.all_passes || !self.direct_is_current.get())
-        {
-            pass.record(&mut frame, resources, rays, context, (targets, direct))?;
-            self.direct_is_current.set(true);
+        if self.settings.all_passes || !self.lit.get() {
+            self.record_lights(&mut frame)?;
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
@@ -323,6 +329,20 @@ impl Prepared {
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
         Ok((times, counts))
+    }
+
+    /// What lights and baked light put on the view.
+    fn record_lights(&self, frame: &mut Frame) -> Result<(), GpuError> {
+        let Prepared { resources, passes, context, targets, .. } = self;
+        let Some(rays) = &self.rays else { return Ok(()) };
+        if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
+            pass.record(frame, resources, rays, context, (targets, direct))?;
+        }
+        if let (Some(pass), Some(indirect)) = (&passes.indirect, &targets.indirect) {
+            pass.record(frame, resources, rays, context, (targets, indirect))?;
+        }
+        self.lit.set(true);
+        Ok(())
     }
 
     /// Builds the geometry for lost rays, if the list of `marched` holds any.

@@ -44,6 +44,7 @@ pub fn probe(
         .read_buffer(&context.lights)
         .with(|chain| rays.bind(chain, resources, context))
         .with(|chain| resources.environment.bind(chain, context))
+        .with(|chain| context.baked.bind(chain, context))
         .write(&image)
         .constants(&place)
         .dispatch(WIDTH / 8, WIDTH / 16, 1)?;

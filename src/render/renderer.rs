@@ -1,15 +1,19 @@
 //! A scene on a device, and stereo stills of it: timed, counted, read back.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
+
+use cyclopean_analysis::files::WriteError;
 
 use crate::console::Interrupted;
 use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::baked::BakedLight;
 use super::brdf_table::brdf_table;
-use super::bvh::fast_ray_queries;
+use super::bvh::{RayScene, fast_ray_queries};
 use super::context::Context;
 use super::framing::Framing;
 use super::lazy_rays::LazyRays;
@@ -31,6 +35,9 @@ pub enum RenderError {
     Gpu(#[from] GpuError),
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
+    /// What was gathered could not be kept.
+    #[error(transparent)]
+    Kept(#[from] WriteError),
     /// A ray list has fourteen bits a side.
     #[error(
         "a picture of {width}×{height} pixels an eye (a guard band included) is too large: at most {MOST_PIXELS} a side"
@@ -84,8 +91,14 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Rc<LazyRays>,
-    /// With whether its light casts shadows.
-    probe: Option<(bool, Rc<EnvironmentMaps>)>,
+    /// With the light that it was traced in, as [`Needs::of_hits`] has it.
+    probe: Option<([u32; 4], Rc<EnvironmentMaps>)>,
+    /// Likewise.
+    baked: Option<([u32; 4], Rc<BakedLight>)>,
+    /// Where baked light is kept for the next process.
+    light_folder: Option<PathBuf>,
+    /// Stands in for baked light.
+    nothing: Rc<BakedLight>,
     /// By the mirrors' roughness that it was made for.
     brdf_table: Option<(f32, Rc<Image>)>,
 }
@@ -98,7 +111,17 @@ impl Renderer {
     pub fn new(gpu: &Rc<Gpu>, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let resources = Rc::new(SceneResources::new(gpu, &scene)?);
         let rays = Rc::new(LazyRays::new(gpu, &scene, &resources));
-        Ok(Renderer { gpu: Rc::clone(gpu), scene, resources, rays, probe: None, brdf_table: None })
+        Ok(Renderer {
+            nothing: Rc::new(BakedLight::nothing(gpu)?),
+            gpu: Rc::clone(gpu),
+            scene,
+            resources,
+            rays,
+            probe: None,
+            baked: None,
+            light_folder: None,
+            brdf_table: None,
+        })
     }
 
     /// Another scene on the same device; what no scene changes is kept.
@@ -106,10 +129,35 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::new`].
     pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
-        let Renderer { gpu, brdf_table, scene: old, resources, rays, probe } = self;
+        let Renderer { gpu, brdf_table, light_folder, scene: old, resources, rays, probe, baked, .. } = self;
         // The old scene's memory goes first.
-        drop((old, resources, rays, probe));
-        Ok(Renderer { brdf_table, ..Renderer::new(&gpu, scene)? })
+        drop((old, resources, rays, probe, baked));
+        Ok(Renderer { brdf_table, light_folder, ..Renderer::new(&gpu, scene)? })
+    }
+
+    /// Keeps baked light in a folder, and takes it from there.
+    pub fn keep_light_in(self, folder: PathBuf) -> Renderer {
+        Renderer { light_folder: Some(folder), ..self }
+    }
+
+    fn baked_light(
+        &mut self,
+        needs: &Needs,
+        context: &Context,
+        rays: &RayScene,
+    ) -> Result<Rc<BakedLight>, RenderError> {
+        let light = needs.of_hits();
+        match &self.baked {
+            Some((of, baked)) if *of == light => Ok(Rc::clone(baked)),
+            _ => {
+                let scene = (&*self.resources, rays);
+                let folder = self.light_folder.as_deref();
+                let made = BakedLight::obtain(&self.gpu, &self.scene, scene, (context, needs), folder)?;
+                let made = Rc::new(made);
+                self.baked = Some((light, Rc::clone(&made)));
+                Ok(made)
+            }
+        }
     }
 
     /// The device that it renders on.
@@ -140,13 +188,19 @@ impl Renderer {
             return Err(RenderError::TooLarge { width: drawn.width, height: drawn.height });
         }
         let table = self.brdf_table(settings.delta_roughness)?;
-        let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
-        let probe_fits = self.probe.as_ref().is_some_and(|(with_shadows, _)| *with_shadows == needs.shadows);
-        let asks_geometry = needs.path_trace || needs.shadows || needs.probe && !probe_fits;
+        let nothing = Rc::clone(&self.nothing);
+        let view = (&eyes, &drawn, framing.guard);
+        let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (table, nothing), view)?;
+        let light = needs.of_hits();
+        let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
+        let asks_geometry = needs.path_trace || needs.shadows || needs.indirect || needs.probe && !probe_fits;
         let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
+        if let (true, Some(rays)) = (needs.indirect, &rays) {
+            context.baked = self.baked_light(&needs, &context, rays)?;
+        }
         if let (true, false, Some(rays)) = (needs.probe, probe_fits, &rays) {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
-            self.probe = Some((needs.shadows, Rc::new(made)));
+            self.probe = Some((light, Rc::new(made)));
         }
         let shared = Shared {
             gpu: Rc::clone(&self.gpu),

@@ -70,6 +70,8 @@ pub struct Settings {
     pub trace: Trace,
     /// Lights cast shadows.
     pub shadows: bool,
+    /// Indirect diffuse light, gathered once a scene, stands in for the environment's.
+    pub indirect: bool,
     /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
     pub soft_shadow_rays: u32,
     /// Run every pass, needed or not: the picture must not change.
@@ -94,6 +96,7 @@ impl Default for Settings {
             max_steps: 256,
             trace: Trace::Auto,
             shadows: true,
+            indirect: false,
             soft_shadow_rays: 16,
             all_passes: false,
         }

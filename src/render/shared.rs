@@ -188,6 +188,16 @@ pub struct TriangleData {
     pub flags: u32,
 }
 
+/// A triangle that glows.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct EmitterData {
+    /// Its place among the triangles for rays.
+    pub triangle: u32,
+    /// Share of all emitted light that comes from it and those before it; the last is 1.
+    pub cumulative: f32,
+}
+
 /// What a submission counted on the device.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

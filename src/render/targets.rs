@@ -91,6 +91,8 @@ pub struct Targets {
     pub radiance: Image,
     /// What the punctual lights put on each pixel; `None` where none of them casts a shadow.
     pub direct: Option<Image>,
+    /// Baked light of each pixel's surface; `None` without any.
+    pub indirect: Option<Image>,
     pub rays: Option<RayList>,
     /// What the resolve asks of neighbours; a single texel where nothing is resolved.
     pub guide: Image,
@@ -176,6 +178,7 @@ impl Targets {
         Ok(Targets {
             gbuffer,
             radiance: stereo("radiance", rgba16)?,
+            indirect: needs.indirect.then(|| stereo("indirect light", rgba16)).transpose()?,
             direct: needs.shadows.then(|| stereo("direct light", rgba32)).transpose()?,
             guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,

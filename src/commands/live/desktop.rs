@@ -13,7 +13,7 @@ use crate::console::{Console, check_interrupted};
 use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage, fit};
 use crate::display::panel::{Corner, Note, Panel};
 use crate::gpu::{Gpu, Image};
-use crate::render::{Method, Prepared, Renderer, Settings};
+use crate::render::{Method, Prepared, Renderer};
 use crate::scene::{Scene, View};
 
 /// What was asked for.

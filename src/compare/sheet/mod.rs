@@ -71,7 +71,7 @@ pub fn sheets(
     let scene = Arc::new(scene::load(name)?);
     let view = view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
-    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));
     let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
     let mut shown: Vec<(Configuration, _)> = Vec::new();
     let mut pairs = Vec::new();

@@ -1,0 +1,215 @@
+//! Indirect diffuse light, gathered once a scene by path tracing and kept on its surfaces.
+//!
+//! Round after round every point sends cosine-weighted rays; what they hit is shaded by the lights, its emission and what
+//! the round before left there, so that each round adds a bounce. Rounds go on until the mean light has settled; the last
+//! one sends more rays. Light and geometry stand still: what moves keeps the light of its place at time 0.
+
+mod gather;
+mod lattice;
+mod store;
+
+use std::path::Path;
+use std::rc::Rc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use crate::console::check_interrupted;
+use crate::gpu::{Buffer, ComputePass, Dispatch, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::scene::Scene;
+
+use super::bvh::{RayScene, upload_rows};
+use super::context::{Context, read_buffer};
+use super::needs::Needs;
+use super::renderer::RenderError;
+use super::shaders;
+use super::upload::SceneResources;
+use gather::Gathering;
+use lattice::Lattice;
+
+/// Points that gather, about; fewer where surfaces are small.
+const POINTS: f64 = 40_000.0;
+/// Points lie no closer than this, metres.
+const CLOSEST: f64 = 0.01;
+/// Rays a point of the rounds that only carry light on, and of the last one.
+const RAYS: u32 = 16;
+const LAST_RAYS: u32 = 96;
+/// Rounds end when the mean light changes by less than this, or after so many.
+const SETTLED: f64 = 0.004;
+const MOST_ROUNDS: u32 = 24;
+/// Rays of a submission, at the most: about half a second in software.
+const RAYS_A_SUBMISSION: u32 = 200_000;
+
+/// Baked light on a device.
+pub struct BakedLight {
+    patches: Image,
+    light: Image,
+}
+
+impl BakedLight {
+    /// Stands in where there is none.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn nothing(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
+        let desc = ImageDesc::texture(1, 1, 1, vk::Format::R32G32B32A32_UINT);
+        let image = |what| Image::with_content(gpu, what, desc, &[vec![0; 16]]);
+        Ok(BakedLight { patches: image("no patches")?, light: image("no light")? })
+    }
+
+    /// Binds what `baked.glsl` reads.
+    pub fn bind<'f>(&'f self, chain: Dispatch<'f>, context: &'f Context) -> Dispatch<'f> {
+        chain.sampled(&self.patches, &context.nearest).sampled(&self.light, &context.nearest)
+    }
+
+    /// Takes the scene's baked light from `folder`, or gathers it and keeps it there.
+    ///
+    /// # Errors
+    /// What the device said, Ctrl-C, or a folder that cannot be written.
+    pub fn obtain(
+        gpu: &Rc<Gpu>,
+        scene: &Scene,
+        (resources, rays): (&SceneResources, &RayScene),
+        (context, needs): (&Context, &Needs),
+        folder: Option<&Path>,
+    ) -> Result<BakedLight, RenderError> {
+        let key = store::key(scene, needs, gpu.info().kind);
+        let folder = folder.filter(|_| !scene.content_sha256.is_empty());
+        if let Some(kept) = folder.and_then(|f| store::read(f, &key))
+            && let Some(lattice) = Lattice::new(scene, rays.head, kept.spacing)
+            && lattice.points.len() == kept.values.len()
+        {
+            return BakedLight::new(gpu, &lattice, &kept.values);
+        }
+        let (lattice, gathering, spacing) = place(scene, rays);
+        let patches = upload_rows(gpu, "light patches", &lattice.patches)?;
+        let points = upload_points(gpu, &gathering, spacing as f32)?;
+        let emitters = Buffer::with_content(gpu, "emitters", &rays.emitters)?;
+        let baker = Baker { gpu, resources, rays, context, points, emitters };
+        let kept = store::Kept { spacing, values: baker.rounds(&gathering, &patches, needs)? };
+        if let Some(folder) = folder {
+            store::write(folder, &key, &kept)?;
+        }
+        BakedLight::new(gpu, &lattice, &kept.values)
+    }
+
+    fn new(gpu: &Rc<Gpu>, lattice: &Lattice, values: &[[f32; 4]]) -> Result<BakedLight, RenderError> {
+        let patches = upload_rows(gpu, "light patches", &lattice.patches)?;
+        Ok(BakedLight { patches, light: upload_rows(gpu, "baked light", values)? })
+    }
+}
+
+/// Lattice and gathering points of a scene, and their spacing: as fine as [`POINTS`] allows.
+fn place(scene: &Scene, rays: &RayScene) -> (Lattice, Gathering, f64) {
+    let mut spacing = (lattice::area(scene) / POINTS).sqrt().max(CLOSEST);
+    loop {
+        if let Some(lattice) = Lattice::new(scene, rays.head, spacing) {
+            let gathering = Gathering::new(&lattice, spacing as f32);
+            if (gathering.points.len() as f64) < 1.5 * POINTS || spacing > 1e6 {
+                return (lattice, gathering, spacing);
+            }
+        }
+        spacing *= 1.5;
+    }
+}
+
+/// Two vectors a point: where rays start and how far they are lifted off, and the normal.
+fn upload_points(gpu: &Rc<Gpu>, gathering: &Gathering, spacing: f32) -> Result<Buffer, GpuError> {
+    let lift = |p: f32| (2e-4 * p).max(2e-3 * spacing);
+    let words: Vec<[f32; 4]> = gathering
+        .points
+        .iter()
+        .flat_map(|p| [p.inner.extend(lift(p.inner.length())).to_array(), p.normal.extend(0.0).to_array()])
+        .collect();
+    Buffer::with_content(gpu, "gathering points", &words)
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Constants {
+    first_point: u32,
+    point_count: u32,
+    ray_count: u32,
+    round: u32,
+    emitter_count: u32,
+    emitted: f32,
+}
+
+struct Baker<'a> {
+    gpu: &'a Rc<Gpu>,
+    resources: &'a SceneResources,
+    rays: &'a RayScene,
+    context: &'a Context,
+    points: Buffer,
+    emitters: Buffer,
+}
+
+impl Baker<'_> {
+    fn rounds(&self, gathering: &Gathering, patches: &Image, needs: &Needs) -> Result<Vec<[f32; 4]>, RenderError> {
+        let words = self.rays.variant(&shaders::GATHER_COMP, &shaders::GATHER_RAY_QUERY_COMP).words();
+        let [mask, shadows, glass, _] = needs.of_hits();
+        let pass = ComputePass::new(self.gpu, "gather", &words, &[mask, shadows, glass, 1])?;
+        let count = gathering.points.len();
+        let mut values = gathering.spread(&vec![[0.0; 4]; count]);
+        // The mean light after this round and the two before it.
+        let (mut before, mut earlier) = (0.0f64, 0.0f64);
+        for round in 0..MOST_ROUNDS {
+            let mut gathered = self.round(&pass, (patches, &values), count as u32, (RAYS, round))?;
+            let mean = mean(&gathered);
+            let (last, this) = (before - earlier, mean - before);
+            // Once the rounds shrink evenly, the rest of the series is added at once.
+            let ratio = this / last;
+            if round == 2 && (0.0..0.95).contains(&ratio) {
+                let rest = (ratio / (1.0 - ratio) * this / mean.max(f64::MIN_POSITIVE)) as f32;
+                gathered.iter_mut().for_each(|g| (0..3).for_each(|c| g[c] *= 1.0 + rest));
+            }
+            values = gathering.spread(&gathered);
+            (earlier, before) = (before, self::mean(&gathered));
+            if this.abs() <= SETTLED * mean {
+                break;
+            }
+        }
+        let gathered = self.round(&pass, (patches, &values), count as u32, (LAST_RAYS, MOST_ROUNDS))?;
+        Ok(gathering.spread(&gathered))
+    }
+
+    /// One round of every point.
+    fn round(
+        &self,
+        pass: &ComputePass,
+        (patches, values): (&Image, &[[f32; 4]]),
+        count: u32,
+        (ray_count, round): (u32, u32),
+    ) -> Result<Vec<[f32; 4]>, RenderError> {
+        let light = upload_rows(self.gpu, "baked light", values)?;
+        let gathered = Buffer::device(self.gpu, "gathered", u64::from(count.max(1)) * 16)?;
+        let (emitter_count, emitted) = (self.rays.emitters.len() as u32, self.rays.emitted);
+        let step = (RAYS_A_SUBMISSION / ray_count).next_multiple_of(64);
+        for first in (0..count).step_by(step as usize) {
+            check_interrupted()?;
+            let point_count = step.min(count - first);
+            let mut frame = Frame::begin(self.gpu)?;
+            frame
+                .compute(pass)
+                .uniform(&self.context.frame)
+                .read_buffer(&self.context.lights)
+                .with(|chain| self.rays.bind(chain, self.resources, self.context))
+                .with(|chain| self.resources.environment.bind(chain, self.context))
+                .sampled(patches, &self.context.nearest)
+                .sampled(&light, &self.context.nearest)
+                .read_buffer(&self.points)
+                .write_buffer(&gathered)
+                .read_buffer(&self.emitters)
+                .constants(&Constants { first_point: first, point_count, ray_count, round, emitter_count, emitted })
+                .dispatch(point_count.div_ceil(64), 1, 1)?;
+            frame.finish()?;
+        }
+        let bytes = read_buffer(self.gpu, &gathered)?;
+        Ok(bytes.chunks_exact(16).take(count as usize).map(bytemuck::pod_read_unaligned).collect())
+    }
+}
+
+fn mean(gathered: &[[f32; 4]]) -> f64 {
+    let sum: f64 = gathered.iter().map(|g| f64::from(g[0]) + f64::from(g[1]) + f64::from(g[2])).sum();
+    sum / (3 * gathered.len().max(1)) as f64
+}

@@ -1,0 +1,63 @@
+//! Baked light on disk, by what it follows from. A file that is not what was written is gathered again.
+
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::files::{self, WriteError};
+use sha2::{Digest, Sha256};
+
+use super::super::needs::Needs;
+use super::super::renderer::RenderError;
+use super::super::shaders;
+use super::{CLOSEST, LAST_RAYS, MOST_ROUNDS, POINTS, RAYS, SETTLED};
+use crate::scene::Scene;
+
+/// Changes when the places of the points or the file's layout change.
+const VERSION: u32 = 1;
+
+/// SHA-256 (hex) over scene bytes, shaders, and how light is gathered.
+pub fn key(scene: &Scene, needs: &Needs, device_kind: &str) -> String {
+    let how = format!("{VERSION} {POINTS} {CLOSEST} {RAYS} {LAST_RAYS} {SETTLED} {MOST_ROUNDS} {:?}", needs.of_hits());
+    hex(&Sha256::digest([scene.content_sha256.as_str(), &shaders::digest_of_reference(), &how, device_kind].join("\n")))
+}
+
+fn hex(digest: &[u8]) -> String {
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn path(folder: &Path, key: &str) -> PathBuf {
+    folder.join(format!("{key}.light"))
+}
+
+/// What is kept: the spacing of the points, and their light.
+pub struct Kept {
+    pub spacing: f64,
+    pub values: Vec<[f32; 4]>,
+}
+
+/// What was kept, if it is whole.
+pub fn read(folder: &Path, key: &str) -> Option<Kept> {
+    let bytes = std::fs::read(path(folder, key)).ok()?;
+    let whole = bytes.split_at_checked(32).filter(|(digest, rest)| Sha256::digest(rest).as_slice() == *digest);
+    let parts = whole.and_then(|(_, rest)| rest.split_at_checked(8)).filter(|(_, values)| values.len() % 16 == 0);
+    let Some((spacing, values)) = parts else {
+        tracing::warn!("{}: it is not what was written; the light is gathered again", path(folder, key).display());
+        return None;
+    };
+    Some(Kept {
+        spacing: bytemuck::pod_read_unaligned(spacing),
+        values: values.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect(),
+    })
+}
+
+/// Keeps it behind its own digest.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn write(folder: &Path, key: &str, kept: &Kept) -> Result<(), RenderError> {
+    let mut rest = kept.spacing.to_ne_bytes().to_vec();
+    rest.extend_from_slice(bytemuck::cast_slice(&kept.values));
+    let mut bytes = Sha256::digest(&rest).to_vec();
+    bytes.append(&mut rest);
+    std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })?;
+    Ok(files::write_bytes(&path(folder, key), &bytes)?)
+}

@@ -1,0 +1,48 @@
+//! Baked light of each pixel's surface.
+
+use std::rc::Rc;
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
+
+use super::bvh::RayScene;
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::SceneResources;
+
+/// See `shaders/indirect.comp`.
+pub struct IndirectPass {
+    pass: ComputePass,
+}
+
+impl IndirectPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<IndirectPass, GpuError> {
+        let words = rays.variant(&shaders::INDIRECT_COMP, &shaders::INDIRECT_RAY_QUERY_COMP).words();
+        Ok(IndirectPass { pass: ComputePass::new(gpu, "indirect", &words, &[u32::from(needs.mask)])? })
+    }
+
+    /// Writes `indirect` of [`Targets`].
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        rays: &RayScene,
+        context: &Context,
+        (targets, indirect): (&Targets, &Image),
+    ) -> Result<(), GpuError> {
+        frame
+            .compute(&self.pass)
+            .uniform(&context.frame)
+            .with(|chain| rays.bind(chain, resources, context))
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .with(|chain| context.baked.bind(chain, context))
+            .write(indirect)
+            .dispatch_stereo(indirect.extent())
+    }
+}
