@@ -68,6 +68,12 @@ struct SceneArgs {
     /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
+    /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    antialias: u32,
+    /// Indirect diffuse light, gathered once a scene, instead of the environment's.
+    #[arg(long)]
+    indirect: bool,
     /// Let every light go through everything, as in the paper.
     #[arg(long)]
     no_shadows: bool,
@@ -152,6 +158,8 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
             reuse: of.reuse,
             firefly: of.firefly,
             shadows: !of.no_shadows,
+            antialias: of.antialias,
+            indirect: of.indirect,
             ..device::settings(size, 0)
         },
         fallback: match of.fallback {

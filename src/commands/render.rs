@@ -67,6 +67,9 @@ pub struct Args {
     /// How rays through the scene's geometry find what they hit.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,
+    /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    antialias: u32,
     /// Let every light go through everything, as in the paper.
     #[arg(long)]
     no_shadows: bool,
@@ -161,6 +164,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         all_passes: args.all_passes,
         trace: args.trace,
         shadows: !args.no_shadows,
+        antialias: args.antialias,
         indirect: args.indirect,
         ..device::settings(size, args.seed)
     };

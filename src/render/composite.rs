@@ -5,8 +5,10 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::fine::Fine;
 use super::method::Method;
 use super::needs::Needs;
+use super::settings::Settings;
 use super::shaders;
 use super::targets::Targets;
 
@@ -18,15 +20,26 @@ pub struct CompositePass {
 impl CompositePass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, method: &Method) -> Result<CompositePass, GpuError> {
-        let specialization = [u32::from(needs.rays), 1, u32::from(method.parts().unrelated)];
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        needs: &Needs,
+        (settings, method): (&Settings, &Method),
+    ) -> Result<CompositePass, GpuError> {
+        let specialization = [u32::from(needs.rays), 1, u32::from(method.parts().unrelated), settings.antialias];
         let words = shaders::COMPOSITE_COMP.words();
         Ok(CompositePass { pass: ComputePass::new(gpu, "composite", &words, &specialization)? })
     }
 
     /// # Errors
     /// What the device said.
-    pub fn record(&self, frame: &mut Frame, context: &Context, targets: &Targets) -> Result<(), GpuError> {
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        context: &Context,
+        targets: &Targets,
+        fine: Option<&Fine>,
+    ) -> Result<(), GpuError> {
+        let surfaces = fine.map_or(targets, |f| &f.targets);
         let screen_space = targets.filtered.as_ref().map(|s| &s.reflection);
         let path_traced = targets.path_traced.as_ref().map(|p| &p.reflection);
         let reflection = screen_space.or(path_traced).unwrap_or(&targets.nothing);
@@ -41,6 +54,11 @@ impl CompositePass {
             .write(&targets.display)
             .write(&targets.linear)
             .write(&targets.reflection_out)
+            .sampled(&targets.gbuffer.instance, &context.nearest)
+            .sampled(&surfaces.gbuffer.surface, &context.nearest)
+            .sampled(&surfaces.gbuffer.depth, &context.nearest)
+            .sampled(&surfaces.gbuffer.instance, &context.nearest)
+            .sampled(&surfaces.radiance, &context.nearest)
             .dispatch_stereo(targets.linear.extent())
     }
 }

@@ -9,6 +9,7 @@ mod classify;
 mod composite;
 mod context;
 mod depth_pyramid;
+mod fine;
 mod framing;
 mod gbuffer;
 pub mod geometry;

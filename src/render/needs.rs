@@ -27,6 +27,8 @@ pub struct Needs {
     pub shadows: bool,
     /// Baked light stands in for the environment's diffuse light.
     pub indirect: bool,
+    /// The picture is put together here; a finer twin of the view leaves that to the view.
+    pub composite: bool,
     /// Light passes through some material.
     pub glass: bool,
     /// Back faces bound the matter of closed meshes.
@@ -149,6 +151,12 @@ impl Needs {
             parts.never("reproject", "the method resolves each eye for itself");
         }
         parts.never("accumulate", "a still of one frame");
+        if settings.antialias > 1 {
+            let side = settings.antialias;
+            parts.add("antialias", true, &format!("surfaces are drawn with {side}×{side} samples a pixel"), "");
+        } else {
+            parts.never("antialias", "it was not asked for");
+        }
         parts.always("composite");
         let parts = parts.list;
         Needs {
@@ -156,6 +164,7 @@ impl Needs {
             mask,
             shadows,
             indirect,
+            composite: true,
             glass: used().any(|m| m.transmission > 0.0),
             back_faces,
             rays,
@@ -167,6 +176,20 @@ impl Needs {
             moments: moments && rays,
             blend_by_variance: by_variance && rays,
             parts,
+        }
+    }
+
+    /// Of surfaces and their light alone.
+    pub fn of_surfaces(&self) -> Needs {
+        Needs {
+            composite: false,
+            rays: false,
+            screen_space: false,
+            back_faces: false,
+            resolve: false,
+            path_trace: false,
+            geometry: false,
+            ..self.clone()
         }
     }
 

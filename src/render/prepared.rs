@@ -18,6 +18,7 @@ use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::{Context, read_buffer, read_image};
 use super::depth_pyramid::DepthPyramidPass;
+use super::fine::Fine;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
 use super::geometry::Geometry;
@@ -90,7 +91,7 @@ impl Passes {
                 _ => None,
             },
             path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,
-            composite: CompositePass::new(gpu, needs, method)?,
+            composite: CompositePass::new(gpu, needs, (settings, method))?,
         })
     }
 }
@@ -122,6 +123,8 @@ pub struct Prepared {
     camera: StereoCamera,
     context: Context,
     targets: Targets,
+    /// With antialiasing.
+    fine: Option<Fine>,
     passes: Passes,
     /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
     lit: Cell<bool>,
@@ -148,7 +151,7 @@ pub(super) struct Shared {
 impl Prepared {
     pub(super) fn new(
         shared: Shared,
-        context: Context,
+        (context, fine): (Context, Option<Context>),
         needs: Needs,
         (camera, method, settings): (&StereoCamera, &Method, &Settings),
         rays: Option<Rc<RayScene>>,
@@ -158,6 +161,8 @@ impl Prepared {
         let framing = Framing::of(method, settings);
         let shown = (settings.width, settings.height);
         let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
+        let drawn = framing.settings(settings);
+        let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
         let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
@@ -175,6 +180,7 @@ impl Prepared {
             camera,
             context,
             targets,
+            fine,
             passes,
             lit: Cell::new(false),
         })
@@ -224,6 +230,9 @@ impl Prepared {
     fn update(&self) {
         let (eyes, drawn) = (self.framing.camera(&self.camera), self.framing.settings(&self.settings));
         self.context.update(&eyes, &drawn, &self.scene);
+        if let Some(fine) = &self.fine {
+            fine.update(&eyes, &drawn, &self.scene);
+        }
     }
 
     /// Renders one frame; `progress` hears how many of its samples are done.
@@ -266,9 +275,17 @@ impl Prepared {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
         if self.settings.all_passes || !self.lit.get() {
-            self.record_lights(&mut frame)?;
+            self.record_lights(&mut frame, context, targets)?;
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
+        if let Some(fine) = &self.fine {
+            passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
+            if self.settings.all_passes || !self.lit.get() {
+                self.record_lights(&mut frame, &fine.context, &fine.targets)?;
+            }
+            passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets)?;
+        }
+        self.lit.set(true);
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
             classify.record(&mut frame, context, targets, list)?;
             if let (Some((pyramid, _)), Some(marched)) = (&passes.march, &targets.marched) {
@@ -325,15 +342,15 @@ impl Prepared {
                 }
             }
         }
-        passes.composite.record(&mut frame, context, targets)?;
+        passes.composite.record(&mut frame, context, targets, self.fine.as_ref())?;
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
         Ok((times, counts))
     }
 
     /// What lights and baked light put on the view.
-    fn record_lights(&self, frame: &mut Frame) -> Result<(), GpuError> {
-        let Prepared { resources, passes, context, targets, .. } = self;
+    fn record_lights(&self, frame: &mut Frame, context: &Context, targets: &Targets) -> Result<(), GpuError> {
+        let Prepared { resources, passes, .. } = self;
         let Some(rays) = &self.rays else { return Ok(()) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
             pass.record(frame, resources, rays, context, (targets, direct))?;
@@ -341,7 +358,6 @@ impl Prepared {
         if let (Some(pass), Some(indirect)) = (&passes.indirect, &targets.indirect) {
             pass.record(frame, resources, rays, context, (targets, indirect))?;
         }
-        self.lit.set(true);
         Ok(())
     }
 

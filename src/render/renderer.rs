@@ -15,6 +15,7 @@ use super::baked::BakedLight;
 use super::brdf_table::brdf_table;
 use super::bvh::{RayScene, fast_ray_queries};
 use super::context::Context;
+use super::fine::Fine;
 use super::framing::Framing;
 use super::lazy_rays::LazyRays;
 use super::method::Method;
@@ -184,13 +185,13 @@ impl Renderer {
         let needs = Needs::of(&self.scene, method, settings);
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
-        if drawn.width.max(drawn.height) > MOST_PIXELS {
+        if drawn.width.max(drawn.height) > MOST_PIXELS / settings.antialias.max(1) {
             return Err(RenderError::TooLarge { width: drawn.width, height: drawn.height });
         }
         let table = self.brdf_table(settings.delta_roughness)?;
         let nothing = Rc::clone(&self.nothing);
         let view = (&eyes, &drawn, framing.guard);
-        let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (table, nothing), view)?;
+        let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), nothing), view)?;
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
         let asks_geometry = needs.path_trace || needs.shadows || needs.indirect || needs.probe && !probe_fits;
@@ -202,6 +203,14 @@ impl Renderer {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
             self.probe = Some((light, Rc::new(made)));
         }
+        let fine = match settings.antialias {
+            1 => None,
+            finer => {
+                let baked = Rc::clone(&context.baked);
+                let view = (&eyes, &Fine::settings(&drawn, finer), framing.guard.map(|n| n * finer));
+                Some(Context::new(&self.gpu, &self.scene, &self.resources, (table, baked), view)?)
+            }
+        };
         let shared = Shared {
             gpu: Rc::clone(&self.gpu),
             scene: Arc::clone(&self.scene),
@@ -209,7 +218,7 @@ impl Renderer {
             lazy_rays: Rc::clone(&self.rays),
         };
         let probe = self.probe.as_ref().map(|(_, maps)| Rc::clone(maps));
-        Ok(Prepared::new(shared, context, needs, (camera, method, settings), rays, probe)?)
+        Ok(Prepared::new(shared, (context, fine), needs, (camera, method, settings), rays, probe)?)
     }
 
     fn brdf_table(&mut self, delta_roughness: f32) -> Result<Rc<Image>, GpuError> {

@@ -74,6 +74,8 @@ pub struct Settings {
     pub indirect: bool,
     /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
     pub soft_shadow_rays: u32,
+    /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing. 1 to 4.
+    pub antialias: u32,
     /// Run every pass, needed or not: the picture must not change.
     pub all_passes: bool,
 }
@@ -98,6 +100,7 @@ impl Default for Settings {
             shadows: true,
             indirect: false,
             soft_shadow_rays: 16,
+            antialias: 1,
             all_passes: false,
         }
     }

@@ -124,6 +124,10 @@ impl Targets {
         let drawn = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo_target(w, h, format));
         let rgba32 = vk::Format::R32G32B32A32_SFLOAT;
         let rgba16 = vk::Format::R16G16B16A16_SFLOAT;
+        let whole = |what: &str| match needs.composite {
+            true => stereo(what, rgba32),
+            false => Image::new(gpu, what, ImageDesc::stereo(1, 1, rgba32)),
+        };
         let texels = u64::from(w) * u64::from(h) * 2;
         let gbuffer = GBuffer {
             depth: drawn("depth", vk::Format::D32_SFLOAT)?,
@@ -189,8 +193,8 @@ impl Targets {
             filtered,
             path_traced,
             display: Image::new(gpu, "display", ImageDesc::stereo(shown.0, shown.1, vk::Format::R8G8B8A8_UNORM))?,
-            linear: stereo("linear", rgba32)?,
-            reflection_out: stereo("reflection out", rgba32)?,
+            linear: whole("linear")?,
+            reflection_out: whole("reflection out")?,
             nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
         })
     }
