@@ -29,8 +29,8 @@ layout(binding = 9, std430) readonly buffer Indices { uint indices[]; };
 layout(binding = 10) uniform usampler2DArray surface_image;
 layout(binding = 11) uniform sampler2DArray depth_image;
 layout(binding = 12, rgba32f) writeonly uniform image2DArray direct_image;
-// Rays to a light that has a size, at the most.
-layout(push_constant) uniform Constants { uint soft_rays; };
+// Rays to a light that has a size: of the first question, and in a penumbra.
+layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; };
 
 #include "common/camera.glsl"
 #include "common/hit_surface.glsl"
@@ -38,15 +38,14 @@ layout(push_constant) uniform Constants { uint soft_rays; };
 #include "common/shadow.glsl"
 
 // The rays of a pixel's first question: whether all that stands on the rim of the light's disc is alike. Where it is,
-// the light is whole or hidden: an edge across the disc that none of them finds hides at most 3 % of it.
-const uint RIM_RAYS = 6u;
+// the light is whole or hidden: an edge across the disc that none of six finds hides at most 3 % of it.
 
 vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) {
     if (lights[i].size == 0.0) return light_share(lights[i], position, face_normal, vec2(0.0));
     float turn = draw_1d(0u, eye, pixel, i, DRAW_RIM);
     vec3 low = vec3(1.0), high = vec3(0.0);
-    for (uint k = 0u; k < RIM_RAYS; ++k) {
-        float phi = 2.0 * PI * (float(k) + turn) / float(RIM_RAYS);
+    for (uint k = 0u; k < rim_rays; ++k) {
+        float phi = 2.0 * PI * (float(k) + turn) / float(rim_rays);
         vec3 share = light_share(lights[i], position, face_normal, vec2(cos(phi), sin(phi)));
         low = min(low, share);
         high = max(high, share);

@@ -275,13 +275,13 @@ impl Prepared {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
         if self.settings.all_passes || !self.lit.get() {
-            self.record_lights(&mut frame, context, targets)?;
+            self.record_lights(&mut frame, context, targets, 1)?;
         }
         passes.lighting.record(&mut frame, resources, context, targets)?;
         if let Some(fine) = &self.fine {
             passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
             if self.settings.all_passes || !self.lit.get() {
-                self.record_lights(&mut frame, &fine.context, &fine.targets)?;
+                self.record_lights(&mut frame, &fine.context, &fine.targets, self.settings.antialias)?;
             }
             passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets)?;
         }
@@ -349,11 +349,17 @@ impl Prepared {
     }
 
     /// What lights and baked light put on the view.
-    fn record_lights(&self, frame: &mut Frame, context: &Context, targets: &Targets) -> Result<(), GpuError> {
+    fn record_lights(
+        &self,
+        frame: &mut Frame,
+        context: &Context,
+        targets: &Targets,
+        finer: u32,
+    ) -> Result<(), GpuError> {
         let Prepared { resources, passes, .. } = self;
         let Some(rays) = &self.rays else { return Ok(()) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
-            pass.record(frame, resources, rays, context, (targets, direct))?;
+            pass.record(frame, resources, rays, context, (targets, direct), finer)?;
         }
         if let (Some(pass), Some(indirect)) = (&passes.indirect, &targets.indirect) {
             pass.record(frame, resources, rays, context, (targets, indirect))?;

@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
 use super::bvh::RayScene;
@@ -10,6 +12,16 @@ use super::needs::Needs;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
+
+/// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
+const RIM_RAYS: u32 = 6;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Constants {
+    rim_rays: u32,
+    soft_rays: u32,
+}
 
 /// See `shaders/shadows.comp`.
 pub struct ShadowsPass {
@@ -28,7 +40,7 @@ impl ShadowsPass {
         Ok(ShadowsPass { pass, soft_rays })
     }
 
-    /// Writes `direct` of [`Targets`].
+    /// Writes `direct` of [`Targets`]. `finer` samples along a side of a pixel share the pixel's rays among them.
     ///
     /// # Errors
     /// What the device said.
@@ -39,6 +51,7 @@ impl ShadowsPass {
         rays: &RayScene,
         context: &Context,
         (targets, direct): (&Targets, &Image),
+        finer: u32,
     ) -> Result<(), GpuError> {
         frame
             .compute(&self.pass)
@@ -48,7 +61,10 @@ impl ShadowsPass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
             .write(direct)
-            .constants(&self.soft_rays)
+            .constants(&Constants {
+                rim_rays: RIM_RAYS.div_ceil(finer).max(2),
+                soft_rays: self.soft_rays.div_ceil(finer * finer),
+            })
             .dispatch_stereo(direct.extent())
     }
 }

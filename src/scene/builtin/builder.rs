@@ -7,7 +7,7 @@ use std::thread;
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 
-use super::finish::{EMISSIVE_STRENGTH, IOR, TEXTURE_TRANSFORM, material_json};
+use super::finish::{EMISSIVE_STRENGTH, IOR, TEXTURE_TRANSFORM, TRANSMISSION, material_json};
 pub use super::finish::{Finish, TextureId};
 use super::shape::{Shape, turn};
 use super::texture::Image;
@@ -194,6 +194,7 @@ impl Builder {
         let used = [
             (TEXTURE_TRANSFORM, self.finishes.iter().any(|f| f.repeat != 1.0)),
             (EMISSIVE_STRENGTH, self.finishes.iter().any(|f| f.emissive.iter().any(|c| *c > 1.0))),
+            (TRANSMISSION, self.finishes.iter().any(|f| f.transmission != 0.0)),
             (IOR, self.finishes.iter().any(|f| f.ior != 1.5)),
         ];
         let used: Vec<&str> = used.iter().filter(|(_, used)| *used).map(|(name, _)| *name).collect();

@@ -145,6 +145,29 @@ pub fn window(
     ]
 }
 
+/// A wall across the x axis, from the floor to `height`, with window openings: `openings` are their middles along z.
+pub fn wall_with_windows(
+    x: f32,
+    height: f32,
+    (first, last): (f32, f32),
+    openings: &[f32],
+    (width, bottom, top): (f32, f32, f32),
+) -> Shape {
+    let piece = |low: f32, high: f32, from: f32, to: f32| {
+        let middle = Vec3::new(x, (low + high) / 2.0, (from + to) / 2.0);
+        slab(Vec3::new(0.2, high - low, to - from), middle)
+    };
+    let mut wall = piece(0.0, bottom, first, last);
+    wall.push(piece(top, height, first, last));
+    let mut from = first;
+    for middle in openings {
+        wall.push(piece(bottom, top, from, middle - width / 2.0));
+        from = middle + width / 2.0;
+    }
+    wall.push(piece(bottom, top, from, last));
+    wall
+}
+
 /// A framed picture in the xy-plane, facing +Z; its canvas has UVs 0–1.
 pub fn picture(b: &Builder, moulding: MaterialId, canvas: MaterialId, width: f32, height: f32) -> Parts {
     let bars = frame(width, height, 0.05, 0.045, b.segments(4, 1)).at(0.0, 0.0, 0.022);

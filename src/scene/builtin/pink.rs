@@ -46,7 +46,8 @@ fn shell(b: &mut Builder) -> Stuff {
     b.add("floor", floor, slab(Vec3::new(8.0, 0.2, 9.0), Vec3::new(0.0, -0.1, 0.0)));
     b.add("ceiling", ceiling, slab(Vec3::new(8.0, 0.2, 9.0), Vec3::new(0.0, 3.1, 0.0)));
     b.add("back wall", wall, slab(Vec3::new(8.0, 3.0, 0.2), Vec3::new(0.0, 1.5, -3.6)));
-    b.add("left wall", wall, slab(Vec3::new(0.2, 3.0, 9.0), Vec3::new(-3.4, 1.5, 0.0)));
+    let left = furniture::wall_with_windows(-3.4, 3.0, (-4.5, 4.5), &[-1.5, 0.9], (1.15, 1.12, 2.58));
+    b.add("left wall", wall, left);
     b.add("right wall", wall, slab(Vec3::new(0.2, 3.0, 9.0), Vec3::new(3.4, 1.5, 0.0)));
     b.add("front wall", wall, slab(Vec3::new(8.0, 3.0, 0.2), Vec3::new(0.0, 1.5, 4.5)));
     let s = b.segments(3, 1);
@@ -87,7 +88,7 @@ fn shell(b: &mut Builder) -> Stuff {
 }
 
 fn wall_things(b: &mut Builder, stuff: &Stuff) {
-    let pane = b.material(Finish::dielectric("evening", [0.6; 3], 0.9).emissive([2.6, 1.9, 1.9]));
+    let pane = b.material(Finish::dielectric("evening", [0.95; 3], 0.9).transmitting(0.9).emissive([2.6, 1.9, 1.9]));
     let parts = furniture::window(b, stuff.white, pane, 1.2, 1.5, (2, 2));
     let window = b.mesh("window", parts);
     b.place("window left", window, Pose::at(-3.25, 1.85, -1.5).yaw(90.0));
@@ -163,7 +164,9 @@ fn seats(b: &mut Builder, stuff: &Stuff) {
     let chair = b.mesh("chair", parts);
     b.place("chair left", chair, Pose::at(-1.95, 0.0, 1.15).yaw(70.0));
     b.place("chair right", chair, Pose::at(1.95, 0.0, 1.2).yaw(-75.0));
-    let shade = b.material(Finish::dielectric("pink shade", rgb(236, 170, 176), 0.85).emissive([2.2, 1.2, 1.2]));
+    let shade = b.material(
+        Finish::dielectric("pink shade", rgb(236, 170, 176), 0.85).transmitting(0.5).emissive([2.2, 1.2, 1.2]),
+    );
     let parts = furniture::floor_lamp(b, stuff.gold, shade, 1.6);
     let lamp = b.mesh("floor lamp", parts);
     b.place("floor lamp", lamp, Pose::at(1.35, 0.0, -2.9));

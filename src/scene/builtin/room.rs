@@ -13,6 +13,8 @@ use super::texture::Image;
 /// Half the room's width, and where its back wall stands.
 const HALF: f32 = 3.3;
 const BACK: f32 = -3.4;
+/// Middles of the windows along the left wall.
+const WINDOWS: [f32; 3] = [-2.1, 0.0, 2.1];
 const HEIGHT: f32 = 2.9;
 
 pub fn build(detail: f64) -> Builder {
@@ -42,7 +44,9 @@ fn shell(b: &mut Builder) {
     b.add("floor", floor, slab(Vec3::new(7.0, 0.2, 8.4), Vec3::new(0.0, -0.1, 0.3)));
     b.add("ceiling", ceiling, slab(Vec3::new(7.0, 0.2, 8.4), Vec3::new(0.0, HEIGHT + 0.1, 0.3)));
     b.add("back wall", accent, slab(Vec3::new(7.0, HEIGHT, 0.2), Vec3::new(0.0, HEIGHT / 2.0, BACK - 0.1)));
-    b.add("left wall", plaster, slab(Vec3::new(0.2, HEIGHT, 8.4), Vec3::new(-HALF - 0.1, HEIGHT / 2.0, 0.3)));
+    let openings = (1.2, 0.5, 2.4);
+    let left = furniture::wall_with_windows(-HALF - 0.1, HEIGHT, (-3.9, 4.5), &WINDOWS, openings);
+    b.add("left wall", plaster, left);
     b.add("right wall", plaster, slab(Vec3::new(0.2, HEIGHT, 8.4), Vec3::new(HALF + 0.1, HEIGHT / 2.0, 0.3)));
     b.add("front wall", plaster, slab(Vec3::new(7.0, HEIGHT, 0.2), Vec3::new(0.0, HEIGHT / 2.0, 4.4)));
     let s = b.segments(3, 1);
@@ -70,7 +74,7 @@ fn woods(b: &mut Builder) -> [MaterialId; 3] {
 
 fn windows(b: &mut Builder) {
     let bars = b.material(Finish::dielectric("window lacquer", rgb(236, 234, 228), 0.25));
-    let pane = b.material(Finish::dielectric("daylight", [0.6; 3], 0.9).emissive([2.5, 2.9, 3.3]));
+    let pane = b.material(Finish::dielectric("daylight", [0.95; 3], 0.9).transmitting(0.9).emissive([2.5, 2.9, 3.3]));
     let linen_map = b.texture(
         "linen",
         Image::color(256, move |u, v| pattern::weave(u, v, 40, rgb(206, 194, 170), rgb(186, 172, 146))),
@@ -81,7 +85,7 @@ fn windows(b: &mut Builder) {
     let window = b.mesh("window", parts);
     let hanging = furniture::curtain(b, 0.5, 2.5, 5.0);
     let curtain = b.mesh("curtain", vec![(linen, hanging)]);
-    for (k, z) in [-2.1f32, 0.0, 2.1].into_iter().enumerate() {
+    for (k, z) in WINDOWS.into_iter().enumerate() {
         b.place(&format!("window {}", k + 1), window, Pose::at(-HALF + 0.05, 1.45, z).yaw(90.0));
         for side in [-0.86f32, 0.86] {
             b.place("curtain", curtain, Pose::at(-HALF + 0.15, 0.02, z + side).yaw(90.0));
@@ -166,7 +170,9 @@ fn middle(b: &mut Builder, wood: &[MaterialId; 3]) {
         b.place("book", book, Pose::at(-0.48, 0.421 + 0.033 * k as f32, -0.82).yaw(14.0 - 17.0 * k as f32));
     }
     // Tall things whose reflections run down the floor towards the viewer.
-    let shade = b.material(Finish::dielectric("lamp shade", rgb(220, 200, 160), 0.85).emissive([2.2, 1.6, 0.9]));
+    let shade = b.material(
+        Finish::dielectric("lamp shade", rgb(220, 200, 160), 0.85).transmitting(0.5).emissive([2.2, 1.6, 0.9]),
+    );
     let parts = furniture::floor_lamp(b, brass, shade, 1.75);
     let lamp = b.mesh("floor lamp", parts);
     b.place("floor lamp", lamp, Pose::at(1.55, 0.0, -2.3));

@@ -277,8 +277,9 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
 }
 
 fn lanterns(b: &mut Builder, stuff: &Stuff) {
-    let paper = b.material(Finish::dielectric("lantern glow", [0.8; 3], 0.85).emissive([4.5, 2.9, 1.2]));
-    let cold = b.material(Finish::dielectric("blue glow", [0.7; 3], 0.85).emissive([0.9, 2.0, 2.8]));
+    let paper =
+        b.material(Finish::dielectric("lantern glow", [0.8; 3], 0.85).transmitting(0.8).emissive([4.5, 2.9, 1.2]));
+    let cold = b.material(Finish::dielectric("blue glow", [0.7; 3], 0.85).transmitting(0.8).emissive([0.9, 2.0, 2.8]));
     let parts = figures::lantern(b, stuff.bronze, paper, 1.9);
     let warm = b.mesh("lantern", parts);
     let parts = figures::lantern(b, stuff.gold, cold, 1.6);
