@@ -4,44 +4,79 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error as JsonError, Validate};
 use gltf::json::{Path as JsonPath, Root};
 
+use super::extensions::{self, ExtensionUse};
 use crate::scene::error::SceneError;
 
-/// Extensions that this loader implements; anything else in `extensionsRequired` is refused by name.
-pub const SUPPORTED_EXTENSIONS: [&str; 7] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+/// A checked document.
+pub struct Parsed {
+    pub root: Root,
+    /// The binary chunk of a `.glb`.
+    pub blob: Option<Vec<u8>>,
+    pub uses: Vec<ExtensionUse>,
+    /// What was left out of the whole document, one sentence each.
+    pub notes: Vec<String>,
+}
 
 /// Splits and checks a `.gltf` or `.glb`; `file` is for messages.
-pub fn parse(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>), SceneError> {
+pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes).map_err(invalid)? } else { (bytes, None) };
-    let mut root: Root = serde_json::from_slice(json).map_err(|error| invalid(format!("not glTF JSON: {error}")))?;
+    let mut root = document(json).map_err(|error| invalid(format!("not glTF JSON: {error}")))?;
     if !root.asset.version.starts_with("2.") {
         return Err(invalid(format!("asset.version is `{}`; only glTF 2 is read", root.asset.version)));
     }
-    if let Some(unknown) = root.extensions_required.iter().find(|e| !SUPPORTED_EXTENSIONS.contains(&e.as_str())) {
-        return Err(SceneError::Extension {
-            file: file.to_owned(),
-            extension: unknown.clone(),
-            supported: SUPPORTED_EXTENSIONS.join(", "),
-        });
+    let unknown = extensions::unknown(&root);
+    if !unknown.is_empty() {
+        return Err(SceneError::Extension { file: file.to_owned(), names: unknown });
     }
-    // What is left is implemented here, whatever the parsing crate has been built with.
+    let uses = extensions::uses(&root);
+    // What is left is known here, whatever the parsing crate has been built with.
     root.extensions_required.clear();
+    let mut notes = extensions::left_out(&root);
+    drop_unnamed_attributes(&mut root, &mut notes);
     complete_positions(&mut root).map_err(invalid)?;
     let mut first: Option<(String, JsonError)> = None;
     root.validate(&root, JsonPath::new, &mut |path: &dyn Fn() -> JsonPath, error: JsonError| {
-        first.get_or_insert_with(|| (path().to_string(), error));
+        let place = path().to_string();
+        // An accessor without a view holds zeros (glTF 2.0 §3.6.2.2); compressed primitives have such ones, too.
+        let zeros = place.starts_with("accessors[") && place.ends_with(".bufferView");
+        if !(zeros && matches!(error, JsonError::Missing)) {
+            first.get_or_insert_with(|| (place, error));
+        }
     });
     match first {
         Some((path, error)) => Err(invalid(format!("{path}: {}", error.to_string().to_lowercase()))),
-        None => Ok((root, blob)),
+        None => Ok(Parsed { root, blob, uses, notes }),
+    }
+}
+
+/// The whole document, or, when only its animations are in the way (`KHR_animation_pointer` leaves out what the core
+/// format demands), the document without them: they are not played.
+fn document(json: &[u8]) -> Result<Root, serde_json::Error> {
+    let error = match serde_json::from_slice(json) {
+        Ok(root) => return Ok(root),
+        Err(error) => error,
+    };
+    let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(json) else { return Err(error) };
+    let channels = value.get_mut("animations").and_then(serde_json::Value::as_array_mut);
+    let Some(animations) = channels.filter(|a| !a.is_empty()) else { return Err(error) };
+    for animation in animations {
+        *animation = serde_json::json!({ "channels": [], "samplers": [] });
+    }
+    serde_json::from_value(value).map_err(|_| error)
+}
+
+/// Leaves out attributes whose names are neither the core format's nor begin with an underscore.
+fn drop_unnamed_attributes(root: &mut Root, notes: &mut Vec<String>) {
+    for (m, mesh) in root.meshes.iter_mut().enumerate() {
+        let mut dropped = false;
+        for primitive in &mut mesh.primitives {
+            dropped |= primitive.attributes.remove(&Checked::Invalid).is_some();
+        }
+        if dropped {
+            let name = mesh.name.clone().unwrap_or_else(|| format!("meshes[{m}]"));
+            notes.push(format!("mesh `{name}`: attributes with names that glTF does not know are left out"));
+        }
     }
 }
 

@@ -1,4 +1,6 @@
 //! glTF images → RGBA8 textures. An image used as colour and as data becomes two textures.
+//!
+//! PNG and JPEG as the core format has them, WebP by `EXT_texture_webp`, KTX2 by `KHR_texture_basisu`.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -6,13 +8,23 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use gltf::json::Root;
-use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::texture::{MagFilter, Texture as JsonTexture, WrappingMode};
 use gltf::json::validation::Checked;
 
 use super::accessor::Buffers;
+use super::basis;
 use super::files::Reader;
 use crate::scene::error::Reason;
 use crate::scene::{Texture, Wrap};
+
+/// 16 k a side is what Vulkan devices take at most.
+const MOST_WIDE: u32 = 16384;
+
+/// Texels of one picture, unpacked: what the crate for PNG and JPEG allows, too.
+pub const MOST_BYTES: u64 = 512 << 20;
+
+/// Extensions that name another image for a texture; the first that is there wins, then the core format's.
+const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 struct Decoded {
     width: u32,
@@ -35,7 +47,7 @@ impl Textures {
             return Ok(*slot);
         }
         let texture = buffers.root.textures.get(index).ok_or_else(|| format!("textures[{index}] does not exist"))?;
-        let source = texture.source.value();
+        let source = source(texture, buffers.root.images.len()).map_err(|what| format!("textures[{index}] {what}"))?;
         let image = match self.images.entry(source) {
             Entry::Occupied(found) => found.into_mut(),
             Entry::Vacant(place) => {
@@ -64,6 +76,21 @@ impl Textures {
     }
 }
 
+/// Which image a texture shows.
+fn source(texture: &JsonTexture, images: usize) -> Result<usize, Reason> {
+    let others = texture.extensions.as_ref().map(|e| &e.others);
+    let named = others.and_then(|o| SOURCES.iter().find_map(|name| o.get(*name)?.get("source")?.as_u64()));
+    let source = named.and_then(|n| usize::try_from(n).ok()).unwrap_or(texture.source.value());
+    if source < images {
+        return Ok(source);
+    }
+    let names: Vec<&str> = others.iter().flat_map(|o| o.keys()).map(String::as_str).collect();
+    Err(match names.as_slice() {
+        [] => "has no image".to_owned(),
+        names => format!("has no image that is read; it has {}", names.join(", ")),
+    })
+}
+
 fn label(root: &Root, index: usize) -> String {
     let image = root.images.get(index);
     let name = image.and_then(|i| i.name.as_deref().or(i.uri.as_deref())).filter(|n| !n.starts_with("data:"));
@@ -78,6 +105,10 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
         (None, None) => return Err("has neither a uri nor a bufferView".to_owned()),
     };
     // The bytes decide, not the name: exporters write wrong media types.
+    if basis::is_ktx2(&bytes) {
+        let (width, height, texels) = basis::decode(&bytes, MOST_WIDE)?;
+        return Ok(Decoded { width, height, rgba8: Arc::new(texels) });
+    }
     let mut decoder = image::ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|error| format!("cannot be decoded: {error}"))?;
@@ -90,10 +121,10 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
     Ok(Decoded { width, height, rgba8: Arc::new(decoded.into_raw()) })
 }
 
-/// 16 k a side is what Vulkan devices take at most.
 fn limits() -> image::Limits {
     let mut limits = image::Limits::default();
-    limits.max_image_width = Some(16384);
-    limits.max_image_height = Some(16384);
+    limits.max_image_width = Some(MOST_WIDE);
+    limits.max_image_height = Some(MOST_WIDE);
+    limits.max_alloc = Some(MOST_BYTES);
     limits
 }

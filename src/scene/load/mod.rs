@@ -2,13 +2,19 @@
 
 mod accessor;
 mod assemble;
+mod basis;
+mod budget;
 mod container;
 mod document;
+mod draco;
+mod extensions;
 mod files;
 mod framing;
 mod image;
+mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
 mod repair;
 mod tangents;
@@ -16,8 +22,8 @@ mod weld;
 
 use std::path::Path;
 
-pub use container::SUPPORTED_EXTENSIONS;
 pub use document::DEFAULT_IPD_M;
+pub use extensions::{ExtensionUse, Treatment};
 pub use files::Files;
 
 use super::builtin;
