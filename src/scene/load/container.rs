@@ -50,19 +50,28 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     }
 }
 
-/// The whole document, or, when only its animations are in the way (`KHR_animation_pointer` leaves out what the core
-/// format demands), the document without them: they are not played.
+/// The document. Where the parsing crate asks for more than the format does, or for what is not read here, it gets it:
+/// scenes without nodes, animations whose channels `KHR_animation_pointer` points elsewhere (they are not played).
 fn document(json: &[u8]) -> Result<Root, serde_json::Error> {
     let error = match serde_json::from_slice(json) {
         Ok(root) => return Ok(root),
         Err(error) => error,
     };
     let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(json) else { return Err(error) };
-    let channels = value.get_mut("animations").and_then(serde_json::Value::as_array_mut);
-    let Some(animations) = channels.filter(|a| !a.is_empty()) else { return Err(error) };
-    for animation in animations {
-        *animation = serde_json::json!({ "channels": [], "samplers": [] });
+    if !value.is_object() {
+        return Err(error);
     }
+    let list = |value: &mut serde_json::Value, key: &str| -> Vec<serde_json::Value> {
+        value.get_mut(key).and_then(serde_json::Value::as_array_mut).map(std::mem::take).unwrap_or_default()
+    };
+    let mut scenes = list(&mut value, "scenes");
+    for scene in scenes.iter_mut().filter_map(serde_json::Value::as_object_mut) {
+        scene.entry("nodes").or_insert_with(|| serde_json::json!([]));
+    }
+    let mut animations = list(&mut value, "animations");
+    animations.iter_mut().for_each(|a| *a = serde_json::json!({ "channels": [], "samplers": [] }));
+    (value["scenes"], value["animations"]) = (scenes.into(), animations.into());
+    // What is wrong besides is said of the file as it is: with its line.
     serde_json::from_value(value).map_err(|_| error)
 }
 

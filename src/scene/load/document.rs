@@ -179,6 +179,11 @@ impl Builder<'_> {
                 self.out.materials.len() - 1
             }),
         };
+        let unlit = self.buffers.root.materials.get(material).is_some_and(material::is_unlit);
+        if unlit && !mesh.colors.is_empty() {
+            let left_out = "its vertex colours are left out, for its material is unlit";
+            self.out.repairs.push(format!("mesh `{name}`: {left_out}"));
+        }
         let normal_map_uv = self.out.materials[material].normal_texture.as_ref().map(|t| t.uv_set);
         let said = repair::mend(&mut mesh, normal_map_uv);
         self.out.repairs.extend(said.into_iter().map(|what| format!("mesh `{name}`: {what}")));

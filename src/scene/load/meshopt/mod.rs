@@ -5,6 +5,8 @@
 
 mod filter;
 mod index;
+#[cfg(test)]
+mod tests;
 mod vertex;
 
 use gltf::json::{Index, Root, buffer};
