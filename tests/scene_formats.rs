@@ -144,6 +144,7 @@ fn with_picture(image: Vec<u8>, extension: &str) -> Vec<u8> {
     textured(&[image], texture, json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }))
 }
 
+#[track_caller]
 fn error(bytes: &[u8]) -> String {
     let text = scene::load_bytes("x.glb", bytes).map(|_| ()).expect_err("must be refused").to_string();
     assert!(!text.contains('\n'), "{text}");
@@ -227,7 +228,7 @@ fn broken_geometry_is_one_sentence() {
     };
     for (key, value, words) in [
         ("count", json!(1u64 << 40), "count is 1099511627776"),
-        ("count", json!(78), "compressed bytes"),
+        ("count", json!(20), "compressed bytes"),
         ("byteStride", json!(7), "byteStride is 7"),
         ("byteStride", json!(0), "byteStride is 0"),
         ("byteOffset", json!(u64::MAX), "run past"),
