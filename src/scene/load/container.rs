@@ -21,7 +21,7 @@ pub struct Parsed {
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes).map_err(invalid)? } else { (bytes, None) };
-    let mut root = document(json).map_err(|error| invalid(format!("not glTF JSON: {error}")))?;
+    let mut root = document(json).map_err(invalid)?;
     if !root.asset.version.starts_with("2.") {
         return Err(invalid(format!("asset.version is `{}`; only glTF 2 is read", root.asset.version)));
     }
@@ -52,14 +52,22 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
 
 /// The document. Where the parsing crate asks for more than the format does, or for what is not read here, it gets it:
 /// scenes without nodes, animations whose channels `KHR_animation_pointer` points elsewhere (they are not played).
-fn document(json: &[u8]) -> Result<Root, serde_json::Error> {
+fn document(json: &[u8]) -> Result<Root, String> {
     let error = match serde_json::from_slice(json) {
         Ok(root) => return Ok(root),
-        Err(error) => error,
+        Err(error) => format!("not glTF JSON: {error}"),
     };
     let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(json) else { return Err(error) };
     if !value.is_object() {
         return Err(error);
+    }
+    // The first version names its parts where the second numbers them: little of it parses.
+    let version = value.get("asset").and_then(|a| a.get("version")).and_then(|v| v.as_str());
+    if let Some(old) = version.filter(|v| !v.starts_with("2.")) {
+        return Err(format!("asset.version is `{old}`; only glTF 2 is read"));
+    }
+    if value.get("accessors").is_some_and(serde_json::Value::is_object) {
+        return Err("this is glTF 1; only glTF 2 is read".to_owned());
     }
     let list = |value: &mut serde_json::Value, key: &str| -> Vec<serde_json::Value> {
         value.get_mut(key).and_then(serde_json::Value::as_array_mut).map(std::mem::take).unwrap_or_default()
