@@ -418,6 +418,32 @@ fn what_is_left_out_is_said_by_name() {
     assert_eq!(all, names.map(|n| (n, n == "KHR_animation_pointer", Treatment::Ignored)));
 }
 
+#[test]
+fn scene_check_says_what_became_of_each_extension() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let unlit = json!({ "name": "Sign", "extensions": { "KHR_materials_unlit": {}, "KHR_materials_sheen": {} } });
+    std::fs::write(folder.path().join("sign.glb"), textured(&[], json!([]), unlit)).expect("written");
+    let broken = with_picture(data("etc1s.ktx2")[..90].to_vec(), "KHR_texture_basisu");
+    std::fs::write(folder.path().join("broken.glb"), broken).expect("written");
+    std::fs::write(folder.path().join("torus.glb"), data("torus-draco.glb")).expect("written");
+    let check = |file: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_cyclopean"));
+        let done = command.args(["scene", "check", file]).current_dir(folder.path()).output().expect("it starts");
+        let text = [done.stdout, done.stderr].map(|b| String::from_utf8_lossy(&b).into_owned()).concat();
+        (done.status.code(), text)
+    };
+    let (code, text) = check("torus.glb");
+    assert!(code == Some(0) && text.contains("read       KHR_draco_mesh_compression: "), "{text}");
+    let (code, text) = check("sign.glb");
+    assert!(code == Some(0) && text.contains("approx.    KHR_materials_unlit: "), "{text}");
+    assert!(
+        text.contains("ignored    KHR_materials_sheen: ") && text.contains("material `Sign`: the extension"),
+        "{text}"
+    );
+    let (code, text) = check("broken.glb");
+    assert!(code == Some(1) && text.starts_with("error: broken.glb: material") && text.contains("KTX2"), "{text}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]

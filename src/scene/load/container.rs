@@ -41,7 +41,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
         // An accessor without a view holds zeros (glTF 2.0 §3.6.2.2); compressed primitives have such ones, too.
         let zeros = place.starts_with("accessors[") && place.ends_with(".bufferView");
         if !(zeros && matches!(error, JsonError::Missing)) {
-            first.get_or_insert_with(|| (place, error));
+            first.get_or_insert((place, error));
         }
     });
     match first {

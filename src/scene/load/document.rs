@@ -118,7 +118,8 @@ impl Builder<'_> {
         let name = json.name.clone().unwrap_or_else(|| format!("meshes[{}]", mesh.value()));
         let weights = node.weights.as_ref().or(json.weights.as_ref()).cloned().unwrap_or_default();
         let skin = node.skin.map(|s| self.joints(s.value(), all)).transpose().map_err(|r| format!("{label}: {r}"))?;
-        let places = instancing::places(self.buffers, node).map_err(|r| format!("{label}: {r}"))?;
+        let left = instancing::MOST_INSTANCES.saturating_sub(self.out.instances.len()) / json.primitives.len().max(1);
+        let places = instancing::places(self.buffers, node, left).map_err(|r| format!("{label}: {r}"))?;
         for (k, primitive) in json.primitives.iter().enumerate() {
             let at = |reason: Reason| format!("mesh `{name}` primitive {k}: {reason}");
             if let Some((origin, joints)) = &skin {

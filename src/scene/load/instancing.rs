@@ -13,8 +13,8 @@ use crate::scene::error::Reason;
 
 pub const NAME: &str = "EXT_mesh_gpu_instancing";
 
-/// More places than are drawn in reasonable time: each is a draw of its own.
-const MOST_PLACES: usize = 1 << 16;
+/// More instances than are drawn in reasonable time: each is a draw of its own.
+pub const MOST_INSTANCES: usize = 1 << 16;
 
 /// The extension's object in a node; attributes of other names say nothing about places.
 #[derive(Debug, Deserialize)]
@@ -22,13 +22,13 @@ struct Places {
     attributes: BTreeMap<String, serde_json::Value>,
 }
 
-/// Each instance's place within the node; `None` when the node has no such extension.
-pub fn places(buffers: &Buffers, node: &Node) -> Result<Option<Vec<DAffine3>>, Reason> {
+/// Each instance's place within the node; `None` when the node has no such extension. `left`: how many may follow.
+pub fn places(buffers: &Buffers, node: &Node, left: usize) -> Result<Option<Vec<DAffine3>>, Reason> {
     let Some(value) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(None) };
-    read(buffers, value).map(Some).map_err(|reason| format!("{NAME}: {reason}"))
+    read(buffers, value, left).map(Some).map_err(|reason| format!("{NAME}: {reason}"))
 }
 
-fn read(buffers: &Buffers, value: &serde_json::Value) -> Result<Vec<DAffine3>, Reason> {
+fn read(buffers: &Buffers, value: &serde_json::Value, left: usize) -> Result<Vec<DAffine3>, Reason> {
     let places = Places::deserialize(value).map_err(|error| error.to_string())?;
     let numbers = |name: &str, width: usize| -> Result<Option<Vec<f32>>, Reason> {
         let Some(index) = places.attributes.get(name) else { return Ok(None) };
@@ -43,8 +43,8 @@ fn read(buffers: &Buffers, value: &serde_json::Value) -> Result<Vec<DAffine3>, R
     if counts.any(|other| other != count) {
         return Err("its attributes have different counts".to_owned());
     }
-    if count > MOST_PLACES {
-        return Err(format!("{count} instances; at most {MOST_PLACES} are drawn"));
+    if count > left {
+        return Err(format!("{count} instances; at most {MOST_INSTANCES} are drawn in all"));
     }
     let vector = |values: &Option<Vec<f32>>, i: usize, otherwise: DVec3| {
         values.as_ref().map_or(otherwise, |v| DVec3::new(v[3 * i].into(), v[3 * i + 1].into(), v[3 * i + 2].into()))

@@ -80,7 +80,7 @@ fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &mut Budget) -> Result<V
     if indices && !(stride == 2 || stride == 4) {
         return Err(format!("byteStride is {stride}; indices take 2 or 4"));
     }
-    if !indices && !(4..=256).contains(&stride) || !indices && !stride.is_multiple_of(4) {
+    if !(indices || (4..=256).contains(&stride) && stride.is_multiple_of(4)) {
         return Err(format!("byteStride is {stride}; attributes take a multiple of 4 up to 256"));
     }
     // The most that a byte can stand for: two bits hold the mode of 256 elements' worth of one byte each.
