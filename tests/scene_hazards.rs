@@ -278,7 +278,7 @@ fn what_is_wrong_is_named() {
         assert!(words.iter().all(|w| error.contains(w)), "{error:?} should say {words:?}");
         assert!(!error.contains('\n'), "{error:?}");
     };
-    refused(&|d| d.root["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]), &["KHR_draco_mesh_compression"]);
+    refused(&|d| d.root["extensionsRequired"] = json!(["EXT_texture_avif"]), &["EXT_texture_avif"]);
     refused(&|d| d.root["asset"]["version"] = json!("1.0"), &["asset.version"]);
     refused(&|d| d.root["accessors"][0]["count"] = json!(5000), &["mesh `M`", "accessors[0]", "5000"]);
     refused(&|d| d.root["accessors"][2]["byteOffset"] = json!(3), &["mesh `M`", "accessors[2]"]);

@@ -10,7 +10,7 @@ use super::WrongUsage;
 use crate::console::Console;
 use crate::scene::manifest::{Geometry, Manifest};
 use crate::scene::survey::{Survey, survey};
-use crate::scene::{self, builtin};
+use crate::scene::{self, Treatment, builtin};
 
 /// Lists, checks and exports scenes.
 #[derive(Debug, clap::Args)]
@@ -107,6 +107,13 @@ fn say(found: &Survey, console: &Console) {
             console.line(format!("{:10} {line}", if i == 0 { title } else { "" }));
         }
     };
+    for (title, treatment) in
+        [("read", Treatment::Read), ("approx.", Treatment::Approximated), ("ignored", Treatment::Ignored)]
+    {
+        let of = found.extensions.iter().filter(|e| e.treatment == treatment);
+        let lines: Vec<String> = of.map(|e| format!("{}: {}", e.name, e.how)).collect();
+        section(title, &lines);
+    }
     section("repaired", &found.repairs);
     section("warning", &found.warnings);
 }

@@ -11,9 +11,12 @@ pub enum SceneError {
     /// The file that was asked for cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    /// The file requires a glTF extension that this program does not implement.
-    #[error("{file}: requires the glTF extension `{extension}`, which is not supported; supported: {supported}")]
-    Extension { file: String, extension: String, supported: String },
+    /// The file requires glTF extensions that this program does not know.
+    #[error(
+        "{file}: requires the glTF {}, which this program does not read; docs/scenes.md lists those it does",
+        listed(names)
+    )]
+    Extension { file: String, names: Vec<String> },
     /// The content is wrong: `reason` names the place and what is wrong there.
     #[error("{file}: {reason}")]
     Invalid { file: String, reason: String },
@@ -21,3 +24,9 @@ pub enum SceneError {
 
 /// A reason without its file yet: inner functions name the place, the outermost one the file.
 pub(crate) type Reason = String;
+
+/// "extension `A`" or "extensions `A`, `B`".
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    format!("extension{} {}", if names.len() == 1 { "" } else { "s" }, quoted.join(", "))
+}

@@ -19,7 +19,7 @@ use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 pub use camera::{Eye, EyeCamera, Fov, StereoCamera, View};
 pub use error::SceneError;
-pub use load::{SUPPORTED_EXTENSIONS, load, load_bytes, load_with_detail};
+pub use load::{ExtensionUse, Treatment, load, load_bytes, load_with_detail};
 pub use motion::Motion;
 
 /// A loaded scene, every reference resolved, every hazard repaired or refused.
@@ -47,6 +47,8 @@ pub struct Scene {
     pub motions: Vec<Motion>,
     /// SHA-256 (hex) over every byte the scene was made from: manifest, geometry, textures, environment.
     pub content_sha256: String,
+    /// The glTF extensions that the file names, and what became of each.
+    pub extensions: Vec<ExtensionUse>,
     /// What was repaired at load, one sentence each ("mesh `Cup`: 12 zero normals made from the faces").
     pub repairs: Vec<String>,
 }

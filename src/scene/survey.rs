@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Alpha, Scene};
+use super::{Alpha, ExtensionUse, Scene};
 
 /// Table 1 of the paper counts materials below this roughness as reflective.
 pub const REFLECTIVE_BELOW: f32 = 0.8;
@@ -33,6 +33,8 @@ pub struct Survey {
     pub geometry_mib: f64,
     /// Texels, uncompressed, without mips.
     pub texture_mib: f64,
+    /// The glTF extensions that the file names: read, approximated or ignored.
+    pub extensions: Vec<ExtensionUse>,
     pub repairs: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -75,6 +77,7 @@ pub fn survey(scene: &Scene) -> Survey {
         closed_share: if triangles == 0 { 0.0 } else { closed as f64 / triangles as f64 },
         geometry_mib: vertices as f64 / MIB,
         texture_mib: images.iter().map(|(_, n)| *n).sum::<usize>() as f64 / MIB,
+        extensions: scene.extensions.clone(),
         repairs: scene.repairs.clone(),
         warnings: warnings(scene, closed, triangles, rough.len()),
     }

@@ -126,6 +126,7 @@ pub fn scene(parts: Vec<(Primitive, Material, DAffine3)>, radiance: f32, view: V
         open_mesh_thickness_m: 0.1,
         motions: Vec::new(),
         content_sha256: String::new(),
+        extensions: Vec::new(),
         repairs: Vec::new(),
     }
 }

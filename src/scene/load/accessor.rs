@@ -15,7 +15,7 @@ pub struct Elements {
 }
 
 /// More elements than any scene needs: a sparse accessor without a buffer may claim any count in a few bytes.
-const MOST_ELEMENTS: u64 = 1 << 25;
+pub const MOST_ELEMENTS: u64 = 1 << 25;
 
 /// The document with its buffers in memory.
 pub struct Buffers {

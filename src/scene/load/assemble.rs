@@ -125,6 +125,7 @@ fn scene(name: String, document: Document, environment: Environment, reader: Rea
         open_mesh_thickness_m: (nearest * THICKNESS_OVER_NEAREST) as f32,
         motions: Vec::new(),
         content_sha256: reader.finish(),
+        extensions: document.extensions,
         repairs: document.repairs,
     }
 }

@@ -4,44 +4,96 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error as JsonError, Validate};
 use gltf::json::{Path as JsonPath, Root};
 
+use super::extensions::{self, ExtensionUse};
 use crate::scene::error::SceneError;
 
-/// Extensions that this loader implements; anything else in `extensionsRequired` is refused by name.
-pub const SUPPORTED_EXTENSIONS: [&str; 7] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+/// A checked document.
+pub struct Parsed {
+    pub root: Root,
+    /// The binary chunk of a `.glb`.
+    pub blob: Option<Vec<u8>>,
+    pub uses: Vec<ExtensionUse>,
+    /// What was left out of the whole document, one sentence each.
+    pub notes: Vec<String>,
+}
 
 /// Splits and checks a `.gltf` or `.glb`; `file` is for messages.
-pub fn parse(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>), SceneError> {
+pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes).map_err(invalid)? } else { (bytes, None) };
-    let mut root: Root = serde_json::from_slice(json).map_err(|error| invalid(format!("not glTF JSON: {error}")))?;
+    let mut root = document(json).map_err(invalid)?;
     if !root.asset.version.starts_with("2.") {
         return Err(invalid(format!("asset.version is `{}`; only glTF 2 is read", root.asset.version)));
     }
-    if let Some(unknown) = root.extensions_required.iter().find(|e| !SUPPORTED_EXTENSIONS.contains(&e.as_str())) {
-        return Err(SceneError::Extension {
-            file: file.to_owned(),
-            extension: unknown.clone(),
-            supported: SUPPORTED_EXTENSIONS.join(", "),
-        });
+    let unknown = extensions::unknown(&root);
+    if !unknown.is_empty() {
+        return Err(SceneError::Extension { file: file.to_owned(), names: unknown });
     }
-    // What is left is implemented here, whatever the parsing crate has been built with.
+    let uses = extensions::uses(&root);
+    // What is left is known here, whatever the parsing crate has been built with.
     root.extensions_required.clear();
+    let mut notes = extensions::left_out(&root);
+    drop_unnamed_attributes(&mut root, &mut notes);
     complete_positions(&mut root).map_err(invalid)?;
     let mut first: Option<(String, JsonError)> = None;
     root.validate(&root, JsonPath::new, &mut |path: &dyn Fn() -> JsonPath, error: JsonError| {
-        first.get_or_insert_with(|| (path().to_string(), error));
+        let place = path().to_string();
+        // An accessor without a view holds zeros (glTF 2.0 §3.6.2.2); compressed primitives have such ones, too.
+        let zeros = place.starts_with("accessors[") && place.ends_with(".bufferView");
+        if !(zeros && matches!(error, JsonError::Missing)) {
+            first.get_or_insert((place, error));
+        }
     });
     match first {
         Some((path, error)) => Err(invalid(format!("{path}: {}", error.to_string().to_lowercase()))),
-        None => Ok((root, blob)),
+        None => Ok(Parsed { root, blob, uses, notes }),
+    }
+}
+
+/// The document. Where the parsing crate asks for more than the format does, or for what is not read here, it gets it:
+/// scenes without nodes, animations whose channels `KHR_animation_pointer` points elsewhere (they are not played).
+fn document(json: &[u8]) -> Result<Root, String> {
+    let error = match serde_json::from_slice(json) {
+        Ok(root) => return Ok(root),
+        Err(error) => format!("not glTF JSON: {error}"),
+    };
+    let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(json) else { return Err(error) };
+    if !value.is_object() {
+        return Err(error);
+    }
+    // The first version names its parts where the second numbers them: little of it parses.
+    let version = value.get("asset").and_then(|a| a.get("version")).and_then(|v| v.as_str());
+    if let Some(old) = version.filter(|v| !v.starts_with("2.")) {
+        return Err(format!("asset.version is `{old}`; only glTF 2 is read"));
+    }
+    if value.get("accessors").is_some_and(serde_json::Value::is_object) {
+        return Err("this is glTF 1; only glTF 2 is read".to_owned());
+    }
+    let list = |value: &mut serde_json::Value, key: &str| -> Vec<serde_json::Value> {
+        value.get_mut(key).and_then(serde_json::Value::as_array_mut).map(std::mem::take).unwrap_or_default()
+    };
+    let mut scenes = list(&mut value, "scenes");
+    for scene in scenes.iter_mut().filter_map(serde_json::Value::as_object_mut) {
+        scene.entry("nodes").or_insert_with(|| serde_json::json!([]));
+    }
+    let mut animations = list(&mut value, "animations");
+    animations.iter_mut().for_each(|a| *a = serde_json::json!({ "channels": [], "samplers": [] }));
+    (value["scenes"], value["animations"]) = (scenes.into(), animations.into());
+    // What is wrong besides is said of the file as it is: with its line.
+    serde_json::from_value(value).map_err(|_| error)
+}
+
+/// Leaves out attributes whose names are neither the core format's nor begin with an underscore.
+fn drop_unnamed_attributes(root: &mut Root, notes: &mut Vec<String>) {
+    for (m, mesh) in root.meshes.iter_mut().enumerate() {
+        let mut dropped = false;
+        for primitive in &mut mesh.primitives {
+            dropped |= primitive.attributes.remove(&Checked::Invalid).is_some();
+        }
+        if dropped {
+            let name = mesh.name.clone().unwrap_or_else(|| format!("meshes[{m}]"));
+            notes.push(format!("mesh `{name}`: attributes with names that glTF does not know are left out"));
+        }
     }
 }
 

@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
-use gltf::json::Root;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use gltf::json::mesh::Primitive as JsonPrimitive;
 use gltf::json::validation::Checked;
 
 use super::accessor::Buffers;
+use super::budget::Budget;
+use super::container::{self, Parsed};
+use super::extensions::ExtensionUse;
 use super::files::Reader;
 use super::image::Textures;
 use super::nodes::{self, Placed};
 use super::repair::{self, Mesh};
-use super::{container, material, mesh, weld};
+use super::{draco, instancing, material, mesh, meshopt, weld};
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::{Instance, Light, LightSource, Material, Primitive, Texture, View};
 
@@ -33,19 +35,25 @@ pub struct Document {
     /// Per light: its own name, or its node's where it has none.
     pub light_names: Vec<String>,
     pub views: Vec<View>,
+    pub extensions: Vec<ExtensionUse>,
     pub repairs: Vec<String>,
 }
 
 /// Reads a `.gltf` or `.glb` whose bytes are at hand; other files come through `reader`.
 pub fn read(file: &str, bytes: &[u8], reader: &mut Reader) -> Result<Document, SceneError> {
-    let (root, blob) = container::parse(file, bytes)?;
+    let parsed = container::parse(file, bytes)?;
     reader.hash(bytes);
-    build(root, blob, reader).map_err(|reason| SceneError::Invalid { file: file.to_owned(), reason })
+    build(parsed, reader).map_err(|reason| SceneError::Invalid { file: file.to_owned(), reason })
 }
 
-fn build(root: Root, mut blob: Option<Vec<u8>>, reader: &mut Reader) -> Result<Document, Reason> {
+fn build(parsed: Parsed, reader: &mut Reader) -> Result<Document, Reason> {
+    let Parsed { mut root, mut blob, uses, notes } = parsed;
     let mut data = Vec::with_capacity(root.buffers.len());
     for (i, buffer) in root.buffers.iter().enumerate() {
+        if meshopt::is_fallback(buffer) {
+            data.push(Vec::new());
+            continue;
+        }
         let bytes = match &buffer.uri {
             Some(uri) => reader.read(uri).map_err(|reason| format!("buffers[{i}]: {reason}"))?,
             None => blob.take().ok_or_else(|| format!("buffers[{i}] has no uri and there is no binary chunk"))?,
@@ -55,10 +63,14 @@ fn build(root: Root, mut blob: Option<Vec<u8>>, reader: &mut Reader) -> Result<D
         }
         data.push(bytes);
     }
-    let buffers = Buffers { root, buffers: data };
+    let mut budget = Budget::default();
+    meshopt::unpack(&mut root, &mut data, &mut budget)?;
+    let mut buffers = Buffers { root, buffers: data };
+    draco::unpack(&mut buffers, &mut budget)?;
     let placed = nodes::place(&buffers.root)?;
     let mut builder =
         Builder { buffers: &buffers, out: Document::default(), made: BTreeMap::new(), default_material: None };
+    (builder.out.extensions, builder.out.repairs) = (uses, notes);
     builder.materials(reader)?;
     for node in &placed {
         builder.node(node, &placed)?;
@@ -96,6 +108,9 @@ impl Builder<'_> {
         if let Some(camera) = node.camera {
             self.camera(camera.value(), placed, &label);
         }
+        if !placed.visible {
+            return Ok(());
+        }
         if let Some(light) = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) {
             self.light(light.light.value(), placed, &label)?;
         }
@@ -105,41 +120,44 @@ impl Builder<'_> {
         let name = json.name.clone().unwrap_or_else(|| format!("meshes[{}]", mesh.value()));
         let weights = node.weights.as_ref().or(json.weights.as_ref()).cloned().unwrap_or_default();
         let skin = node.skin.map(|s| self.joints(s.value(), all)).transpose().map_err(|r| format!("{label}: {r}"))?;
+        let left = instancing::MOST_INSTANCES.saturating_sub(self.out.instances.len()) / json.primitives.len().max(1);
+        let places = instancing::places(self.buffers, node, left).map_err(|r| format!("{label}: {r}"))?;
         for (k, primitive) in json.primitives.iter().enumerate() {
             let at = |reason: Reason| format!("mesh `{name}` primitive {k}: {reason}");
-            let (index, world_from_object) = match &skin {
-                Some((origin, joints)) => {
-                    let made = self.primitive(&name, k, primitive, &weights, Some(joints)).map_err(at)?;
-                    (made, DAffine3::from_translation(*origin))
-                }
-                None => {
-                    let mirrored = placed.world_from_node.matrix3.determinant() < 0.0;
-                    let key = (mesh.value(), k, weights.iter().map(|w| w.to_bits()).collect(), mirrored);
-                    let made = match self.made.get(&key) {
-                        Some(made) => *made,
-                        None => {
-                            let made = self.primitive(&name, k, primitive, &weights, None).map_err(at)?;
-                            if let Some(index) = made.filter(|_| mirrored) {
-                                mesh::mirror(&mut self.out.primitives[index]);
-                            }
-                            self.made.insert(key, made);
-                            made
+            if let Some((origin, joints)) = &skin {
+                let made = self.primitive(&name, k, primitive, &weights, Some(joints)).map_err(at)?;
+                self.place(made, DAffine3::from_translation(*origin), placed);
+                continue;
+            }
+            let bits: Vec<u32> = weights.iter().map(|w| w.to_bits()).collect();
+            for place in places.as_deref().unwrap_or(&[DAffine3::IDENTITY]) {
+                let world_from_object = placed.world_from_node * *place;
+                let mirrored = world_from_object.matrix3.determinant() < 0.0;
+                let key = (mesh.value(), k, bits.clone(), mirrored);
+                let made = match self.made.get(&key) {
+                    Some(made) => *made,
+                    None => {
+                        let made = self.primitive(&name, k, primitive, &weights, None).map_err(at)?;
+                        if let Some(index) = made.filter(|_| mirrored) {
+                            mesh::mirror(&mut self.out.primitives[index]);
                         }
-                    };
-                    // The mirrored mesh under the un-mirrored transform: every instance keeps its winding.
-                    let flip = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
-                    (made, placed.world_from_node * DAffine3::from_scale(flip))
-                }
-            };
-            let Some(primitive) = index else { continue };
-            self.out.instances.push(Instance {
-                primitive,
-                world_from_object,
-                previous_world_from_object: world_from_object,
-            });
-            self.out.paths.push(placed.path.clone());
+                        self.made.insert(key, made);
+                        made
+                    }
+                };
+                // The mirrored mesh under the un-mirrored transform: every instance keeps its winding.
+                let flip = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
+                self.place(made, world_from_object * DAffine3::from_scale(flip), placed);
+            }
         }
         Ok(())
+    }
+
+    fn place(&mut self, primitive: Option<usize>, world_from_object: DAffine3, placed: &Placed) {
+        let Some(primitive) = primitive else { return };
+        let previous_world_from_object = world_from_object;
+        self.out.instances.push(Instance { primitive, world_from_object, previous_world_from_object });
+        self.out.paths.push(placed.path.clone());
     }
 
     fn primitive(
@@ -164,6 +182,11 @@ impl Builder<'_> {
                 self.out.materials.len() - 1
             }),
         };
+        let unlit = self.buffers.root.materials.get(material).is_some_and(material::is_unlit);
+        if unlit && !mesh.colors.is_empty() {
+            let left_out = "its vertex colours are left out, for its material is unlit";
+            self.out.repairs.push(format!("mesh `{name}`: {left_out}"));
+        }
         let normal_map_uv = self.out.materials[material].normal_texture.as_ref().map(|t| t.uv_set);
         let said = repair::mend(&mut mesh, normal_map_uv);
         self.out.repairs.extend(said.into_iter().map(|what| format!("mesh `{name}`: {what}")));

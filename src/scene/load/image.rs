@@ -1,23 +1,69 @@
 //! glTF images → RGBA8 textures. An image used as colour and as data becomes two textures.
+//!
+//! PNG and JPEG as the core format has them, WebP by `EXT_texture_webp`, KTX2 by `KHR_texture_basisu`.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::io::Cursor;
 use std::sync::Arc;
 
+use glam::Vec4;
 use gltf::json::Root;
-use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::texture::{MagFilter, Texture as JsonTexture, WrappingMode};
 use gltf::json::validation::Checked;
 
 use super::accessor::Buffers;
+use super::basis;
+use super::budget::Budget;
 use super::files::Reader;
 use crate::scene::error::Reason;
 use crate::scene::{Texture, Wrap};
 
-struct Decoded {
-    width: u32,
-    height: u32,
-    rgba8: Arc<Vec<u8>>,
+/// 16 k a side is what Vulkan devices take at most.
+const MOST_WIDE: u32 = 16384;
+
+/// Texels of one picture, unpacked: what the crate for PNG and JPEG allows, too.
+pub const MOST_BYTES: u64 = 512 << 20;
+
+/// Extensions that name another image for a texture; the first that is there wins, then the core format's.
+const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
+
+/// A picture's texels; cheap to copy.
+#[derive(Debug, Clone)]
+pub struct Decoded {
+    pub width: u32,
+    pub height: u32,
+    pub rgba8: Arc<Vec<u8>>,
+}
+
+impl Decoded {
+    /// The mean texel, 0 to 1; of a picture that is read as colour (`srgb`) the linear one.
+    pub fn mean(&self, srgb: bool) -> Vec4 {
+        let mut counts = [[0u64; 256]; 4];
+        for texel in self.rgba8.chunks_exact(4) {
+            (0..4).for_each(|k| counts[k][usize::from(texel[k])] += 1);
+        }
+        let texels = (self.rgba8.len() / 4).max(1) as f64;
+        let mean = |k: usize| {
+            let value = |byte: usize| if srgb && k < 3 { linear(byte as u8) } else { byte as f32 / 255.0 };
+            let sum: f64 = (0..256).map(|byte| counts[k][byte] as f64 * f64::from(value(byte))).sum();
+            (sum / texels) as f32
+        };
+        Vec4::new(mean(0), mean(1), mean(2), mean(3))
+    }
+}
+
+/// An sRGB byte → linear, 0 to 1.
+pub fn linear(byte: u8) -> f32 {
+    let x = f32::from(byte) / 255.0;
+    if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
+}
+
+/// Linear → an sRGB byte.
+pub fn encoded(x: f32) -> u8 {
+    let x = x.clamp(0.0, 1.0);
+    let y = if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 };
+    (y * 255.0).round() as u8
 }
 
 /// Textures asked for so far, each decoded once.
@@ -26,6 +72,13 @@ pub struct Textures {
     pub list: Vec<Texture>,
     slots: BTreeMap<(usize, bool), usize>,
     images: BTreeMap<usize, Decoded>,
+    budget: Budget,
+}
+
+/// An image and its number in the document.
+struct Image {
+    source: usize,
+    decoded: Decoded,
 }
 
 impl Textures {
@@ -34,34 +87,80 @@ impl Textures {
         if let Some(slot) = self.slots.get(&(index, srgb)) {
             return Ok(*slot);
         }
+        let image = self.image(buffers, reader, index)?;
+        let texture = &buffers.root.textures[index];
+        let name = texture.name.clone().unwrap_or_else(|| label(&buffers.root, image.source));
+        self.push(buffers, index, name, image.decoded, srgb);
+        self.slots.insert((index, srgb), self.list.len() - 1);
+        Ok(self.list.len() - 1)
+    }
+
+    /// The texels of glTF texture `index`, without making a texture of them.
+    pub fn texels(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decoded, Reason> {
+        Ok(self.image(buffers, reader, index)?.decoded)
+    }
+
+    /// A texture of texels made at load, sampled as glTF texture `like` is.
+    pub fn made(
+        &mut self,
+        buffers: &Buffers,
+        like: usize,
+        name: String,
+        texels: Decoded,
+        srgb: bool,
+    ) -> Result<usize, Reason> {
+        self.budget.take(texels.rgba8.len() as u64)?;
+        self.push(buffers, like, name, texels, srgb);
+        Ok(self.list.len() - 1)
+    }
+
+    fn image(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Image, Reason> {
         let texture = buffers.root.textures.get(index).ok_or_else(|| format!("textures[{index}] does not exist"))?;
-        let source = texture.source.value();
-        let image = match self.images.entry(source) {
+        let source = source(texture, buffers.root.images.len()).map_err(|what| format!("textures[{index}] {what}"))?;
+        let decoded = match self.images.entry(source) {
             Entry::Occupied(found) => found.into_mut(),
             Entry::Vacant(place) => {
                 let decoded = decode(buffers, reader, source);
                 place.insert(decoded.map_err(|reason| format!("{}: {reason}", label(&buffers.root, source)))?)
             }
         };
-        let sampler = texture.sampler.and_then(|s| buffers.root.samplers.get(s.value()));
+        Ok(Image { source, decoded: decoded.clone() })
+    }
+
+    fn push(&mut self, buffers: &Buffers, like: usize, name: String, image: Decoded, srgb: bool) {
+        let texture = buffers.root.textures.get(like);
+        let sampler = texture.and_then(|t| t.sampler).and_then(|s| buffers.root.samplers.get(s.value()));
         let wrap = |mode: Option<&Checked<WrappingMode>>| match mode {
             Some(Checked::Valid(WrappingMode::ClampToEdge)) => Wrap::Clamp,
             Some(Checked::Valid(WrappingMode::MirroredRepeat)) => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
         self.list.push(Texture {
-            name: texture.name.clone().unwrap_or_else(|| label(&buffers.root, source)),
+            name,
             width: image.width,
             height: image.height,
-            rgba8: image.rgba8.clone(),
+            rgba8: image.rgba8,
             srgb,
             wrap_u: wrap(sampler.map(|s| &s.wrap_s)),
             wrap_v: wrap(sampler.map(|s| &s.wrap_t)),
             nearest: matches!(sampler.and_then(|s| s.mag_filter.as_ref()), Some(Checked::Valid(MagFilter::Nearest))),
         });
-        self.slots.insert((index, srgb), self.list.len() - 1);
-        Ok(self.list.len() - 1)
     }
+}
+
+/// Which image a texture shows.
+fn source(texture: &JsonTexture, images: usize) -> Result<usize, Reason> {
+    let others = texture.extensions.as_ref().map(|e| &e.others);
+    let named = others.and_then(|o| SOURCES.iter().find_map(|name| o.get(*name)?.get("source")?.as_u64()));
+    let source = named.and_then(|n| usize::try_from(n).ok()).unwrap_or(texture.source.value());
+    if source < images {
+        return Ok(source);
+    }
+    let names: Vec<&str> = others.iter().flat_map(|o| o.keys()).map(String::as_str).collect();
+    Err(match names.as_slice() {
+        [] => "has no image".to_owned(),
+        names => format!("has no image that is read; it has {}", names.join(", ")),
+    })
 }
 
 fn label(root: &Root, index: usize) -> String {
@@ -78,6 +177,10 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
         (None, None) => return Err("has neither a uri nor a bufferView".to_owned()),
     };
     // The bytes decide, not the name: exporters write wrong media types.
+    if basis::is_ktx2(&bytes) {
+        let (width, height, texels) = basis::decode(&bytes, MOST_WIDE)?;
+        return Ok(Decoded { width, height, rgba8: Arc::new(texels) });
+    }
     let mut decoder = image::ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|error| format!("cannot be decoded: {error}"))?;
@@ -90,10 +193,10 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
     Ok(Decoded { width, height, rgba8: Arc::new(decoded.into_raw()) })
 }
 
-/// 16 k a side is what Vulkan devices take at most.
 fn limits() -> image::Limits {
     let mut limits = image::Limits::default();
-    limits.max_image_width = Some(16384);
-    limits.max_image_height = Some(16384);
+    limits.max_image_width = Some(MOST_WIDE);
+    limits.max_image_height = Some(MOST_WIDE);
+    limits.max_alloc = Some(MOST_BYTES);
     limits
 }

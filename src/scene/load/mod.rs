@@ -2,14 +2,20 @@
 
 mod accessor;
 mod assemble;
+mod basis;
+mod budget;
 mod container;
 mod document;
+mod draco;
+mod extensions;
 mod files;
 mod framing;
 mod image;
+mod instancing;
 mod lights;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
 mod repair;
 mod tangents;
@@ -17,8 +23,8 @@ mod weld;
 
 use std::path::Path;
 
-pub use container::SUPPORTED_EXTENSIONS;
 pub use document::DEFAULT_IPD_M;
+pub use extensions::{ExtensionUse, Treatment};
 pub use files::Files;
 
 use super::builtin;

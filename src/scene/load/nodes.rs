@@ -6,6 +6,9 @@ use gltf::json::scene::Node;
 
 use crate::scene::error::Reason;
 
+/// Hides a node with all below it.
+pub const VISIBILITY: &str = "KHR_node_visibility";
+
 /// A node reached from the scene's roots.
 #[derive(Debug, Clone)]
 pub struct Placed {
@@ -14,6 +17,8 @@ pub struct Placed {
     pub world_from_node: DAffine3,
     /// Names from the root down to this node itself; motion finds its nodes here.
     pub path: Vec<String>,
+    /// Neither it nor a node above it is hidden.
+    pub visible: bool,
 }
 
 /// All nodes of the default scene (else the first, else all roots), parents before children.
@@ -25,9 +30,9 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
     };
     let mut seen = vec![false; root.nodes.len()];
     let mut out = Vec::new();
-    let mut stack: Vec<(usize, DAffine3, Vec<String>)> =
-        tops.into_iter().rev().map(|node| (node, DAffine3::IDENTITY, Vec::new())).collect();
-    while let Some((index, world_from_parent, mut path)) = stack.pop() {
+    let mut stack: Vec<(usize, DAffine3, Vec<String>, bool)> =
+        tops.into_iter().rev().map(|node| (node, DAffine3::IDENTITY, Vec::new(), true)).collect();
+    while let Some((index, world_from_parent, mut path, parent_visible)) = stack.pop() {
         let node = root.nodes.get(index).ok_or_else(|| format!("nodes[{index}] does not exist"))?;
         if std::mem::replace(&mut seen[index], true) {
             return Err(format!("{} is reached twice: a cycle or two parents", label(node, index)));
@@ -36,11 +41,13 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
         if !world_from_node.is_finite() {
             return Err(format!("{}: its transform is not finite", label(node, index)));
         }
+        let visible = node.extensions.as_ref().and_then(|e| e.others.get(VISIBILITY)?.get("visible")?.as_bool());
+        let visible = parent_visible && visible.unwrap_or(true);
         path.push(node.name.clone().unwrap_or_default());
         for child in node.children.iter().flatten().rev() {
-            stack.push((child.value(), world_from_node, path.clone()));
+            stack.push((child.value(), world_from_node, path.clone(), visible));
         }
-        out.push(Placed { node: index, world_from_node, path });
+        out.push(Placed { node: index, world_from_node, path, visible });
     }
     Ok(out)
 }
