@@ -81,6 +81,9 @@ impl GpuStimuli {
             height: request.height_px,
             seed: u32::try_from(request.seed).context("stimuli.seed is beyond 32 bits")?,
             fallback: Some(scene::Fallback::Black),
+            antialias: request.antialias.unwrap_or(if self.gpu.is_cpu() { 1 } else { 2 }),
+            shadows: request.shadows,
+            indirect: request.indirect,
             ..Settings::default()
         };
         // A stimulus is addressed by what is rendered, not by a name that means something else on another device.

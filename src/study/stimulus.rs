@@ -5,6 +5,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::definition::presentation::{is_false, is_true, yes};
 use super::definition::{ConditionSpec, Definition};
 
 /// One stimulus: both eyes of one view by one method.
@@ -29,6 +30,15 @@ pub struct StimulusRequest {
     pub horizontal_fov_deg: Option<f64>,
     /// Of the renderer's samples.
     pub seed: u64,
+    /// Samples along a side of each pixel; none: 2 where graphics hardware renders, 1 in software.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub antialias: Option<u32>,
+    /// Lights cast shadows.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub shadows: bool,
+    /// Indirect diffuse light instead of the environment's.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub indirect: bool,
 }
 
 impl StimulusRequest {
@@ -46,6 +56,9 @@ impl StimulusRequest {
             ipd_m: stimuli.ipd_m,
             horizontal_fov_deg: stimuli.horizontal_fov_deg,
             seed: stimuli.seed,
+            antialias: stimuli.antialias,
+            shadows: stimuli.shadows,
+            indirect: stimuli.indirect,
         }
     }
 

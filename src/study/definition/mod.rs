@@ -2,7 +2,7 @@
 
 mod conditions;
 mod people;
-mod presentation;
+pub(in crate::study) mod presentation;
 
 use cyclopean_analysis::journal::AnalysisPlan;
 use cyclopean_analysis::journal::record::{PreferenceValues, Question, ScaleOption};

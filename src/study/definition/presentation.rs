@@ -99,6 +99,17 @@ pub struct Stimuli {
     /// Of the renderer's samples.
     #[schemars(range(min = 0, max = 9007199254740991u64))]
     pub seed: u64,
+    /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing; none: 2 where graphics hardware
+    /// renders, 1 in software.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 4))]
+    pub antialias: Option<u32>,
+    /// Lights cast shadows.
+    #[serde(skip_serializing_if = "is_true")]
+    pub shadows: bool,
+    /// Indirect diffuse light, gathered once a scene, instead of the environment's.
+    #[serde(skip_serializing_if = "is_false")]
+    pub indirect: bool,
     /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub samples: BTreeMap<String, u32>,
@@ -113,9 +124,24 @@ impl Default for Stimuli {
             horizontal_fov_deg: None,
             quad_deg: 70.0,
             seed: 0,
+            antialias: None,
+            shadows: true,
+            indirect: false,
             samples: BTreeMap::new(),
         }
     }
+}
+
+pub(in crate::study) fn is_true(b: &bool) -> bool {
+    *b
+}
+
+pub(in crate::study) fn is_false(b: &bool) -> bool {
+    !b
+}
+
+pub(in crate::study) fn yes() -> bool {
+    true
 }
 
 /// When a break is offered; it ends when the participant says so.
