@@ -1,11 +1,14 @@
 #version 460
-// In: G-buffer, lights, environment. Out: radiance of each pixel without its traced reflection (paper §3).
+// In: G-buffer, lights, environment, with HAS_AO the visibility of the surroundings. Out: radiance of each pixel without
+// its traced reflection (paper §3).
 // No shadows (paper §5); the background is the environment.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
+// 1: what shines from around is dimmed by ambient occlusion.
+layout(constant_id = 3) const uint HAS_AO = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -18,6 +21,7 @@ layout(binding = 7) uniform sampler2D specular_map;
 layout(binding = 8) uniform sampler2D brdf_table;
 layout(binding = 9, rgba16f) writeonly uniform image2DArray radiance_image;
 layout(binding = 10) uniform sampler2DArray emission_image;
+layout(binding = 11) uniform sampler2DArray visibility_image;
 
 #include "common/camera.glsl"
 #include "common/shade.glsl"
@@ -37,6 +41,7 @@ void main() {
         Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
         vec3 position = render_position(eye, center, depth);
         vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
+        if (HAS_AO != 0u) ambient_visibility = texelFetch(visibility_image, texel, 0).x;
         radiance = shade(s, emission, position, normalize(eye_position(eye) - position));
     }
     imageStore(radiance_image, texel, vec4(storable(radiance), 1.0));

@@ -41,12 +41,16 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
     return min(light.color * (window * cone / d2), vec3(MOST_IRRADIANCE));
 }
 
+// How much of the surroundings the surface sees; 1 where nothing was estimated, as where rays hit. Ambient light alone
+// is dimmed by it.
+float ambient_visibility = 1.0;
+
 vec3 shade(Surface s, vec3 emission, vec3 position, vec3 v) {
     float nv = max(dot(s.normal, v), 1e-4);
     vec3 specular = specular_albedo(s.f0, nv, s.roughness);
-    vec3 sum = emission + s.albedo * (1.0 - specular) * environment_irradiance(s.normal);
+    vec3 sum = emission + s.albedo * (1.0 - specular) * environment_irradiance(s.normal) * ambient_visibility;
     if (s.roughness > frame.ray_roughness_limit) {
-        sum += specular * environment_specular(reflect(-v, s.normal), s.roughness);
+        sum += specular * environment_specular(reflect(-v, s.normal), s.roughness) * ambient_visibility;
     }
     float alpha = square(max(s.roughness, PUNCTUAL_ROUGHNESS));
     for (uint i = 0u; i < frame.light_count; ++i) {

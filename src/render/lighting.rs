@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
+use super::ao::Ao;
 use super::context::Context;
 use super::needs::Needs;
 use super::shaders;
@@ -20,7 +21,9 @@ impl LightingPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
-        Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &[u32::from(needs.emission)])? })
+        // Constants 1 and 2 have no meaning in this shader.
+        let specialization = [u32::from(needs.emission), 0, 0, u32::from(needs.ao != Ao::None)];
+        Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &specialization)? })
     }
 
     /// # Errors
@@ -33,6 +36,7 @@ impl LightingPass {
         targets: &Targets,
     ) -> Result<(), GpuError> {
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
+        let visibility = targets.ao.as_ref().map_or(&targets.nothing, |ao| &ao.visibility);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -43,6 +47,7 @@ impl LightingPass {
             .with(|chain| resources.environment.bind(chain, context))
             .write(&targets.radiance)
             .sampled(emission, &context.nearest)
+            .sampled(visibility, &context.nearest)
             .dispatch_stereo(targets.radiance.extent())
     }
 }

@@ -8,6 +8,7 @@ use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::ao::Ao;
 use super::brdf_table::brdf_table;
 use super::bvh::fast_ray_queries;
 use super::context::Context;
@@ -51,6 +52,8 @@ pub struct Rendered {
     pub reflection: StereoPicture,
     /// Standard error of the reflection's mean, per channel; the reference only.
     pub error: Option<StereoPicture>,
+    /// How much of its surroundings each pixel sees, in all three channels; `None` where ambient light is not occluded.
+    pub ambient_visibility: Option<StereoPicture>,
     /// sRGB bytes (RGBA) by eye.
     pub display: [Vec<u8>; 2],
     /// Median over the frames, in the order of the passes.
@@ -135,7 +138,7 @@ impl Renderer {
         }
         let table = self.brdf_table(settings.delta_roughness)?;
         let context = Context::new(&self.gpu, &self.scene, &self.resources, table, (&eyes, &drawn, framing.guard))?;
-        let asks_geometry = needs.path_trace || needs.probe && self.probe.is_none();
+        let asks_geometry = needs.path_trace || needs.ao == Ao::RayTraced || needs.probe && self.probe.is_none();
         let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
         if let (true, None, Some(rays)) = (needs.probe, &self.probe, &rays) {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
@@ -184,10 +187,12 @@ impl Renderer {
             }
         }
         let reflection = prepared.reflection()?;
+        let ambient = prepared.ambient_visibility()?;
         let rendered = Rendered {
             linear: prepared.linear()?,
             error: prepared.standard_error(&reflection)?,
             reflection,
+            ambient_visibility: ambient.map(|eyes| grey(eyes, settings)),
             display: prepared.display()?,
             passes: medians(&times),
             frame_ms,
@@ -202,6 +207,12 @@ impl Renderer {
         self.gpu.check_validation()?;
         Ok(rendered)
     }
+}
+
+/// One number a pixel as a picture.
+fn grey(eyes: [Vec<f32>; 2], settings: &Settings) -> StereoPicture {
+    let eyes = eyes.map(|eye| eye.into_iter().map(|v| [v; 3]).collect());
+    StereoPicture { width: settings.width, height: settings.height, eyes }
 }
 
 fn medians(frames: &[Vec<PassTime>]) -> Vec<PassTime> {

@@ -2,6 +2,7 @@
 
 use crate::scene::{Fallback, Scene};
 
+use super::ao::AoSettings;
 use super::method::{Method, Reuse};
 
 /// The random streams of the eyes.
@@ -68,6 +69,9 @@ pub struct Settings {
     /// Steps of a march before its answer is *unknown*.
     pub max_steps: u32,
     pub trace: Trace,
+    /// Left out of what is written where nothing is occluded, so that a picture without it keeps its address.
+    #[serde(skip_serializing_if = "AoSettings::is_off")]
+    pub ao: AoSettings,
     /// Run every pass, needed or not: the picture must not change.
     pub all_passes: bool,
 }
@@ -89,6 +93,7 @@ impl Default for Settings {
             reuse_radius: 2,
             max_steps: 256,
             trace: Trace::Auto,
+            ao: AoSettings::default(),
             all_passes: false,
         }
     }
