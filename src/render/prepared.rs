@@ -13,7 +13,7 @@ use crate::gpu::{Frame, Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
-use super::ao::{Ao, AoPass, Seen};
+use super::ao::{Ao, AoImages, AoPass, Seen};
 use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
@@ -407,6 +407,18 @@ impl Prepared {
         let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
         let (left, right) = texels.split_at(texels.len() / 2);
         Ok(Some([left, right].map(|eye| self.framing.crop(eye))))
+    }
+
+    /// Pixels of the last frame, of both eyes and a guard band, that adaptive ambient occlusion worked on again; `None`
+    /// of other methods.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn ambient_pixels_again(&self) -> Result<Option<u32>, GpuError> {
+        let Some(list) = self.targets.ao.as_ref().and_then(AoImages::listed) else { return Ok(None) };
+        let arguments = read_buffer(&self.gpu, &list.arguments)?;
+        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
+        Ok(Some(count))
     }
 
     /// Draws the G-buffer and finds the visibility of the surroundings, and does nothing else: for those who look at

@@ -37,6 +37,11 @@ pub struct Stereo {
 }
 
 impl AoImages {
+    /// Pixels that differ visibly between the eyes, of the methods that look for them.
+    pub fn listed(&self) -> Option<&RayList> {
+        self.estimated.as_ref()?.stereo.as_ref()?.visible.as_ref()
+    }
+
     /// # Errors
     /// When device memory runs out: the message names the image and its bytes.
     pub fn new(gpu: &Rc<Gpu>, ao: Ao, (width, height): (u32, u32)) -> Result<AoImages, GpuError> {
