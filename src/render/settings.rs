@@ -123,3 +123,20 @@ impl Settings {
         f64::from(self.width) / f64::from(self.height)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ao::Ao;
+    use super::*;
+
+    #[test]
+    fn settings_without_occlusion_are_written_as_ever() {
+        let written = |settings: &Settings| serde_json::to_value(settings).expect("JSON");
+        let off = AoSettings { radius_m: 2.0, ..AoSettings::default() };
+        assert_eq!(written(&Settings { ao: off, ..Settings::default() }), written(&Settings::default()));
+        assert!(written(&Settings::default()).get("ao").is_none());
+        let on = AoSettings { method: Ao::Variant1, ..off };
+        let ao = &written(&Settings { ao: on, ..Settings::default() })["ao"];
+        assert_eq!((&ao["method"], &ao["radius_m"]), (&"variant1".into(), &2.0.into()));
+    }
+}

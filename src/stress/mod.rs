@@ -3,6 +3,7 @@
 //!
 //! A case is declared data ([`Case`]); one file a family. `cyclopean stress` runs them all.
 
+mod ambient;
 mod bench;
 mod case;
 mod depth;
@@ -25,7 +26,17 @@ pub use sweep::{Along, Row, SWEEPS, Sweep, run as run_sweep};
 
 /// Every case, family after family.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [poor::CASES, meshes::CASES, lobe::CASES, rays::CASES, depth::CASES, eyes::CASES, range::CASES, sizes::CASES]
-        .into_iter()
-        .flatten()
+    [
+        poor::CASES,
+        meshes::CASES,
+        lobe::CASES,
+        rays::CASES,
+        depth::CASES,
+        eyes::CASES,
+        range::CASES,
+        sizes::CASES,
+        ambient::CASES,
+    ]
+    .into_iter()
+    .flatten()
 }
