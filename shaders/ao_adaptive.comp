@@ -30,9 +30,7 @@ void main() {
         uvec2 word = texelFetch(pair_image, texel, 0).xy;
         if ((word.y & PAIRED) != 0u) {
             float own = texelFetch(visibility_image, texel, 0).x;
-            float difference = abs(own - texelFetch(visibility_image, pair_of(word, texel.z), 0).x);
-            // Equal values are equal, however dark: the quotient of the equation would be 0/0 in black.
-            differs = difference > 0.0 && difference >= threshold * own;
+            differs = differs_visibly(own, texelFetch(visibility_image, pair_of(word, texel.z), 0).x, threshold);
         }
     }
     uint place = differs ? atomicAdd(count, 1u) : 0u;

@@ -91,6 +91,7 @@ void main() {
     if (listed_pixel(texel)) filter_pixel(texel);
 #else
     uvec3 id = gl_GlobalInvocationID;
-    if (all(lessThan(id.xy, frame.size))) filter_pixel(ivec3(id));
+    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    if (all(lessThan(id.xy, frame.size))) filter_pixel(ivec3(id.xy, gl_WorkGroupID.z));
 #endif
 }

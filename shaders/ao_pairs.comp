@@ -57,7 +57,8 @@ uint find_pair(ivec3 texel, float depth) {
 void main() {
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
-    ivec3 texel = ivec3(id);
+    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    ivec3 texel = ivec3(id.xy, gl_WorkGroupID.z);
     float depth = texelFetch(depth_image, texel, 0).x;
     uint pair = depth > 0.0 ? find_pair(texel, depth) : 0u;
     imageStore(pair_image, texel, uvec4(floatBitsToUint(depth), pair, 0u, 0u));

@@ -44,7 +44,8 @@ const uint DRAW_AO_RAY = 18u;
 void main() {
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
-    ivec3 texel = ivec3(id);
+    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    ivec3 texel = ivec3(id.xy, gl_WorkGroupID.z);
     float depth = texelFetch(depth_image, texel, 0).x;
     if (depth == 0.0) {
         imageStore(visibility_image, texel, vec4(1.0));

@@ -19,4 +19,11 @@ uvec2 pack_visibility(float visibility, float weight, float depth) {
 // x: visibility, y: weight.
 vec2 unpack_visibility(uint word) { return unpackUnorm2x16(word); }
 
+// The difference between the eyes is seen (seed 001, equation 2). Equal values are equal, however dark: the quotient of the
+// equation would be 0/0 in black.
+bool differs_visibly(float own, float other, float threshold) {
+    float difference = abs(own - other);
+    return difference > 0.0 && difference >= threshold * own;
+}
+
 #endif

@@ -41,8 +41,9 @@ struct StereoPasses {
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Radius {
+struct Estimate {
     radius_m: f32,
+    threshold: f32,
 }
 
 #[repr(C)]
@@ -150,7 +151,11 @@ impl ViewsPass {
             .constants(&Threshold { share: self.settings.threshold })
             .dispatch_stereo(visibility.extent())?;
         if let Some((obscurance, filters)) = &passes.again {
-            listed(self.estimate(frame.compute(obscurance), seen, out), list)?;
+            self.estimate(frame.compute(obscurance), seen, out)
+                .read_buffer(&list.rays)
+                .read_buffer(&list.arguments)
+                .sampled(visibility, &context.nearest)
+                .dispatch_indirect(&list.arguments, 0)?;
             for second in [false, true] {
                 listed(filter(frame.compute(&filters[usize::from(second)]), seen, out, second), list)?;
             }
@@ -169,7 +174,7 @@ impl ViewsPass {
             .sampled(&seen.gbuffer.depth, &context.nearest)
             .sampled(pairs, &context.nearest)
             .write(&out.raw)
-            .constants(&Radius { radius_m: self.settings.radius_m })
+            .constants(&Estimate { radius_m: self.settings.radius_m, threshold: self.settings.threshold })
     }
 }
 
