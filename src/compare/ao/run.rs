@@ -54,15 +54,17 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) 
     let mono: Vec<f64> = runs.iter().find(|r| r.ao.method == Ao::Mono).map_or(Vec::new(), |r| r.ms.clone());
     let pixels = f64::from(options.settings.width) * f64::from(options.settings.height);
     let rows: Vec<AoRow> = runs.iter().map(|run| run.row(&mono, 2.0 * pixels)).collect();
-    let main = |row: &&AoRow| row.threshold == options.settings.ao.threshold;
+    // What was asked for stands in front, the sweep's other thresholds behind it.
+    let mut thresholds: Vec<AoRow> = rows.iter().filter(|r| r.method.is_adaptive()).cloned().collect();
+    thresholds.sort_by(|a, b| a.method.name().cmp(b.method.name()).then(a.threshold.total_cmp(&b.threshold)));
     Ok(AoScene {
         scene: scene.name.clone(),
         scene_sha256: scene.content_sha256.clone(),
         view: view.name.clone(),
         pairs: pairs.len() as u64,
         paired: pairs.len() as f64 / pixels,
-        methods: rows.iter().filter(main).cloned().collect(),
-        thresholds: rows.iter().filter(|r| r.method.is_adaptive()).cloned().collect(),
+        methods: rows.into_iter().take(Ao::OF_VIEWS.len()).collect(),
+        thresholds,
         ray_traced: Oracle {
             ms: total(&passes),
             trace: oracle.way(),
@@ -79,9 +81,6 @@ fn configurations(asked: AoSettings) -> Vec<AoSettings> {
     for method in Ao::OF_VIEWS.into_iter().filter(|ao| ao.is_adaptive()) {
         let others = THRESHOLDS.into_iter().filter(|t| *t != asked.threshold);
         all.extend(others.map(|threshold| AoSettings { method, threshold, ..asked }));
-        let of = |ao: &AoSettings| if ao.method == method { ao.threshold } else { f32::NEG_INFINITY };
-        // The methods themselves stay in front.
-        all[Ao::OF_VIEWS.len()..].sort_by(|a, b| of(a).total_cmp(&of(b)));
     }
     all
 }
