@@ -6,6 +6,10 @@ use std::process::Command;
 
 /// Shaders that are compiled a second time with a word defined, as NAME_word.comp.
 const VARIANTS: &[(&str, &str)] = &[
+    ("ao_blend.comp", "LISTED"),
+    ("ao_filter.comp", "LISTED"),
+    ("ao_obscurance.comp", "LISTED"),
+    ("ao_rays.comp", "RAY_QUERY"),
     ("gather.comp", "RAY_QUERY"),
     ("indirect.comp", "RAY_QUERY"),
     ("path_rays.comp", "RAY_QUERY"),

@@ -1,6 +1,7 @@
 #version 460
-// In: G-buffer, lights (or their light with shadows, of shadows.comp), environment. Out: radiance of each pixel without
-// its traced reflection (paper §3). The background is the environment.
+// In: G-buffer, lights (or their light with shadows, of shadows.comp), environment (or baked light), with HAS_AO the
+// visibility of the surroundings. Out: radiance of each pixel without its traced reflection (paper §3). The background is
+// the environment.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -8,6 +9,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint INDIRECT = 1u;
+// 1: what shines from around is dimmed by ambient occlusion.
+layout(constant_id = 3) const uint HAS_AO = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1, std430) readonly buffer Lights { LightData lights[]; };
@@ -22,6 +25,7 @@ layout(binding = 9, rgba16f) writeonly uniform image2DArray radiance_image;
 layout(binding = 10) uniform sampler2DArray emission_image;
 layout(binding = 11) uniform sampler2DArray direct_image;
 layout(binding = 12) uniform sampler2DArray indirect_image;
+layout(binding = 13) uniform sampler2DArray visibility_image;
 
 #include "common/camera.glsl"
 #include "common/shade.glsl"
@@ -41,6 +45,11 @@ void main() {
         Surface s = unpack_surface(texelFetch(surface_image, texel, 0));
         vec3 position = render_position(eye, center, depth);
         vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
+        if (HAS_AO != 0u) {
+            // A finer twin of the view takes the visibility of the pixel that its sample lies in.
+            ivec2 there = texel.xy * textureSize(visibility_image, 0).xy / ivec2(frame.size);
+            ambient_visibility = texelFetch(visibility_image, ivec3(there, texel.z), 0).x;
+        }
         vec3 v = normalize(eye_position(eye) - position);
         if (SHADOWS + INDIRECT == 0u) {
             radiance = shade(s, emission, position, v);

@@ -16,13 +16,17 @@ vec3 specular_albedo(vec3 f0, float nv, float roughness) {
     return f0 * ab.x + ab.y;
 }
 
+// How much of the surroundings the surface sees; 1 where nothing was estimated, as where rays hit. Ambient light alone
+// is dimmed by it.
+float ambient_visibility = 1.0;
+
 // All but the punctual lights.
 vec3 shade_without_lights(Surface s, vec3 emission, vec3 v) {
     float nv = max(dot(s.normal, v), 1e-4);
     vec3 specular = specular_albedo(s.f0, nv, s.roughness);
-    vec3 sum = emission + s.albedo * (1.0 - specular) * environment_irradiance(s.normal);
+    vec3 sum = emission + s.albedo * (1.0 - specular) * environment_irradiance(s.normal) * ambient_visibility;
     if (s.roughness > frame.ray_roughness_limit) {
-        sum += specular * environment_specular(reflect(-v, s.normal), s.roughness);
+        sum += specular * environment_specular(reflect(-v, s.normal), s.roughness) * ambient_visibility;
     }
     return sum;
 }
@@ -33,7 +37,7 @@ vec3 shade_without_lights_in(vec3 ambient, Surface s, vec3 emission, vec3 v) {
     vec3 specular = specular_albedo(s.f0, max(dot(s.normal, v), 1e-4), s.roughness);
     vec3 share = s.albedo * (1.0 - specular);
     if (s.roughness > frame.ray_roughness_limit) share += specular;
-    return emission + share * ambient;
+    return emission + share * ambient * ambient_visibility;
 }
 
 // Nothing casts a shadow.

@@ -6,14 +6,16 @@ use std::path::PathBuf;
 
 use super::WrongUsage;
 #[cfg(feature = "gpu")]
+use super::ao::Reach;
+#[cfg(feature = "gpu")]
 use super::device::{self, Size};
 use super::pictures::{self, Display};
 #[cfg(feature = "gpu")]
-use crate::compare::{self, Options};
+use crate::compare::{self, Failure, Options, ao};
 use crate::console::Console;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Firefly, Method, Reuse, Settings};
+use crate::render::{Ao, Firefly, Method, Reuse, Settings};
 #[cfg(feature = "gpu")]
 use crate::scene::Fallback;
 
@@ -41,6 +43,14 @@ pub struct Args {
 #[cfg(feature = "gpu")]
 #[derive(Debug, clap::Args)]
 struct SceneArgs {
+    /// What is compared: reflections, or ways to occlude ambient light (--seeds, --size, --view, -o and --device as ever).
+    #[arg(long, value_enum, default_value_t = Effect::Reflections)]
+    effect: Effect,
+    #[command(flatten)]
+    ao: Reach,
+    /// With --effect ao, poses of the path that the methods are followed along; 0: no path.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    poses: u32,
     /// The first is the baseline: what the others are divided by. NAME@N has N rays a pixel whatever --spp says.
     #[arg(long, value_delimiter = ',', default_value = "sssr,stereo")]
     methods: Vec<String>,
@@ -94,6 +104,16 @@ struct SceneArgs {
     device: Option<String>,
 }
 
+/// What a comparison is about.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Effect {
+    /// Methods of reflection against the path-traced reference: compare.json, compare.md.
+    Reflections,
+    /// Ambient occlusion: ao.json, ao.md.
+    Ao,
+}
+
 /// [`Fallback`] on the command line, or two of them.
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -140,6 +160,9 @@ fn compare_scenes(_: &Args, _: &[String], _: &Console) -> anyhow::Result<()> {
 #[cfg(feature = "gpu")]
 fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::Result<()> {
     let of = &args.scenes;
+    if of.effect == Effect::Ao {
+        return compare_ao(of, scenes, console);
+    }
     let methods = of.methods.iter().map(|m| Method::parse(m).map_err(|e| WrongUsage(e.to_string())));
     let methods = methods.collect::<Result<Vec<_>, _>>()?;
     if !(0.0..=0.5).contains(&of.edge_fade) {
@@ -180,11 +203,37 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         console.line(format!("  {}", of.out.join(name).display()));
     }
     console.object(&report)?;
-    match report.failed.as_slice() {
-        [] => Ok(()),
-        failed => {
-            let names: Vec<String> = failed.iter().map(|f| format!("{}: {}", f.scene, f.error)).collect();
-            anyhow::bail!("{} of {} scenes failed: {}", failed.len(), scenes.len(), names.join("; "))
-        }
+    all_done(&report.failed, scenes.len())
+}
+
+#[cfg(feature = "gpu")]
+fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::Result<()> {
+    // The comparison sets the method itself.
+    let reach = of.ao.settings(Ao::None)?;
+    let gpu = device::open(of.device.as_deref())?;
+    let size = device::size_or_default(&gpu, of.size, console);
+    let options = ao::AoOptions {
+        settings: Settings { ao: reach, ..device::settings(size, 0) },
+        seeds: of.seeds,
+        poses: of.poses,
+        view: of.view.clone(),
+        out: of.out.clone(),
+    };
+    let report = ao::compare(&gpu, scenes, &options, console)?;
+    console.line(ao::markdown(&report));
+    for name in ["ao.json", "ao.md"] {
+        console.line(format!("  {}", of.out.join(name).display()));
     }
+    console.object(&report)?;
+    all_done(&report.failed, scenes.len())
+}
+
+/// A scene that failed fails the command.
+#[cfg(feature = "gpu")]
+fn all_done(failed: &[Failure], scenes: usize) -> anyhow::Result<()> {
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<String> = failed.iter().map(|f| format!("{}: {}", f.scene, f.error)).collect();
+    anyhow::bail!("{} of {scenes} scenes failed: {}", failed.len(), names.join("; "))
 }

@@ -2,6 +2,8 @@
 //!
 //! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
 
+#[cfg(feature = "gpu")]
+mod ao;
 mod compare;
 #[cfg(feature = "gpu")]
 mod demo;

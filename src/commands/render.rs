@@ -13,10 +13,13 @@ use crate::gpu::{DeviceInfo, PassTime};
 use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
-use crate::render::{Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Trace, median_of_sorted};
+use crate::render::{
+    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Trace, median_of_sorted,
+};
 use crate::scene::{self, Fallback};
 
 use super::WrongUsage;
+use super::ao::Reach;
 use super::device::{self, Size};
 
 /// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json.
@@ -64,6 +67,11 @@ pub struct Args {
     /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
     #[arg(long, default_value_t = 0.1)]
     edge_fade: f32,
+    /// What occludes ambient light.
+    #[arg(long, value_enum, default_value_t = Ao::None)]
+    ao: Ao,
+    #[command(flatten)]
+    reach: Reach,
     /// How rays through the scene's geometry find what they hit.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,
@@ -150,6 +158,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     if !(0.0..=0.5).contains(&args.edge_fade) {
         return Err(WrongUsage(format!("--edge-fade {} is outside 0 to 0.5", args.edge_fade)).into());
     }
+    let ao = args.reach.settings(args.ao)?;
     let scene = Arc::new(scene::load(&args.scene)?);
     let view = device::view(&scene, args.view.as_deref())?;
     let gpu = device::open(args.device.as_deref())?;
@@ -166,6 +175,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         shadows: !args.no_shadows,
         antialias: args.antialias,
         indirect: args.indirect,
+        ao,
         ..device::settings(size, args.seed)
     };
     // Fail before the work, not after it.
@@ -218,7 +228,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes `STEM.exr` and `STEM.png`, and gives their paths.
+/// Writes `STEM.exr`, `STEM.png` and, where ambient light is occluded, `STEM_ao.png`, and gives their paths.
 ///
 /// # Errors
 /// [`picture::PictureError`] naming the file.
@@ -229,11 +239,27 @@ pub fn write(folder: &Path, stem: &str, rendered: &Rendered) -> Result<Vec<PathB
         Part { layer: "reflection", picture: &rendered.reflection },
     ];
     parts.extend(rendered.error.as_ref().map(|picture| Part { layer: "error", picture }));
+    let ambient = rendered.ambient_visibility.as_ref();
+    parts.extend(ambient.map(|picture| Part { layer: "ambient_visibility", picture }));
     picture::write_exr(&exr, &parts)?;
     let (width, height) = (rendered.linear.width, rendered.linear.height);
     let [left, right] = &rendered.display;
     picture::write_side_by_side(&png, width, height, [left, right])?;
-    Ok(vec![exr, png])
+    let mut files = vec![exr, png];
+    if let Some(ambient) = ambient {
+        let path = folder.join(format!("{stem}_ao.png"));
+        let grey = |eye: &Vec<[f32; 3]>| eye.iter().flat_map(|t| grey(t[0])).collect::<Vec<u8>>();
+        let [left, right] = ambient.eyes.each_ref().map(grey);
+        picture::write_side_by_side(&path, width, height, [&left, &right])?;
+        files.push(path);
+    }
+    Ok(files)
+}
+
+/// A visibility as RGBA bytes: black 0, white 1, even steps between.
+fn grey(visibility: f32) -> [u8; 4] {
+    let level = (visibility.clamp(0.0, 1.0) * 255.0).round() as u8;
+    [level, level, level, 255]
 }
 
 fn median(values: &[f64]) -> f64 {

@@ -4,6 +4,7 @@
 //! and begins one configuration later than the round before, so that what drifts on a machine meets all alike.
 //! Definitions are in `docs/compare.md`.
 
+pub mod ao;
 mod equal_time;
 mod plan;
 mod plot;

@@ -200,7 +200,12 @@ fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture
     Pairs::choose(&surfaces, &reference)
 }
 
-fn surfaces_of<'a>(prepared: &'a Prepared, geometry: &'a Geometry, (width, height): (usize, usize)) -> Surfaces<'a> {
+/// What the metrics ask of a prepared view's geometry.
+pub(super) fn surfaces_of<'a>(
+    prepared: &'a Prepared,
+    geometry: &'a Geometry,
+    (width, height): (usize, usize),
+) -> Surfaces<'a> {
     let delta_roughness = prepared.settings().delta_roughness;
     let eyes = [0, 1].map(|eye| surfaces(&geometry.eyes[eye]));
     Surfaces { camera: prepared.camera(), width, height, delta_roughness, eyes }

@@ -7,6 +7,9 @@ use crate::gpu::PassTime;
 /// Passes that every method has alike, reflections or not.
 const SHARED: [&str; 5] = ["gbuffer", "shadows", "indirect", "lighting", "composite"];
 
+/// What the passes of ambient occlusion begin with: they are no reflection work either.
+const AMBIENT: &str = "ao_";
+
 /// Milliseconds by group: `total` is all reflection work, `trace` and `resolve` hold every stage of theirs,
 /// `trace_resolve` both; the other passes stand under their names.
 pub type Groups = BTreeMap<String, f64>;
@@ -14,7 +17,8 @@ pub type Groups = BTreeMap<String, f64>;
 /// Sums a frame's passes.
 pub fn groups(passes: &[PassTime]) -> Groups {
     let mut sums: Groups = ["total", "trace", "resolve", "trace_resolve"].map(|g| (g.to_owned(), 0.0)).into();
-    for pass in passes.iter().filter(|p| !SHARED.contains(&p.name.as_str())) {
+    let shared = |pass: &&PassTime| SHARED.contains(&pass.name.as_str()) || pass.name.starts_with(AMBIENT);
+    for pass in passes.iter().filter(|p| !shared(p)) {
         let group = match pass.name.as_str() {
             name if name.starts_with("trace") || name.starts_with("path_") => "trace",
             name if name.starts_with("resolve") || name == "reproject" => "resolve",
@@ -40,6 +44,7 @@ mod tests {
             ("gbuffer", 100.0),
             ("backface", 1.0),
             ("shadows", 100.0),
+            ("ao_filter", 100.0),
             ("lighting", 100.0),
             ("classify", 2.0),
             ("depth_pyramid", 4.0),

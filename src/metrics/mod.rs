@@ -3,6 +3,7 @@
 //! Functions of their arguments: no device, no file. Pictures are one eye's pixels, rows from the top; definitions,
 //! units and sources are in `docs/compare.md`.
 
+pub mod ambient;
 pub mod error;
 pub mod fireflies;
 pub mod flip;

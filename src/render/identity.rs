@@ -26,7 +26,8 @@ pub fn identity(
                             "near_m": e.near_m })
     });
     let parts = method.parts();
-    let reference = parts.answer == Answer::PathTraced && !parts.resolved;
+    // Ambient occlusion may ask the views.
+    let reference = parts.answer == Answer::PathTraced && !parts.resolved && settings.ao.is_off();
     let identity = serde_json::json!({
         "scene": scene.content_sha256,
         "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },

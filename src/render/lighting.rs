@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
+use super::ao::Ao;
 use super::context::Context;
 use super::needs::Needs;
 use super::shaders;
@@ -20,16 +21,12 @@ impl LightingPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
-        Ok(LightingPass {
-            pass: ComputePass::new(
-                gpu,
-                "lighting",
-                &words,
-                &[needs.emission, needs.shadows, needs.indirect].map(u32::from),
-            )?,
-        })
+        let parts = [needs.emission, needs.shadows, needs.indirect, needs.ao != Ao::None].map(u32::from);
+        Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &parts)? })
     }
 
+    /// `visibility`: of the surroundings, pixel by pixel, where ambient light is occluded; a finer view takes its view's.
+    ///
     /// # Errors
     /// What the device said.
     pub fn record(
@@ -38,10 +35,12 @@ impl LightingPass {
         resources: &SceneResources,
         context: &Context,
         targets: &Targets,
+        visibility: Option<&Image>,
     ) -> Result<(), GpuError> {
         let direct: &Image = targets.direct.as_ref().unwrap_or(&targets.nothing);
         let indirect: &Image = targets.indirect.as_ref().unwrap_or(&targets.nothing);
         let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
+        let visibility = visibility.unwrap_or(&targets.nothing);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -54,6 +53,7 @@ impl LightingPass {
             .sampled(emission, &context.nearest)
             .sampled(direct, &context.nearest)
             .sampled(indirect, &context.nearest)
+            .sampled(visibility, &context.nearest)
             .dispatch_stereo(targets.radiance.extent())
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! A frame asks the scene, the view and the method what they need ([`needs`]) and leaves the rest out.
 
+pub mod ao;
 mod baked;
 mod brdf_table;
 mod bvh;
@@ -39,6 +40,7 @@ mod trace;
 mod trace_geometry;
 mod upload;
 
+pub use ao::{Ao, AoSettings};
 pub use bvh::fast_ray_queries;
 pub use geometry::Geometry;
 pub use identity::identity;

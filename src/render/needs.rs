@@ -4,6 +4,7 @@
 
 use crate::scene::{Alpha, Fallback, Material, Scene};
 
+use super::ao::Ao;
 use super::method::{Answer, Blend, Method, Reuse, Traversal};
 use super::settings::Settings;
 
@@ -49,6 +50,8 @@ pub struct Needs {
     pub moments: bool,
     /// The eyes are blended by it.
     pub blend_by_variance: bool,
+    /// How the visibility of the surroundings is found.
+    pub ao: Ao,
     parts: Vec<Part>,
 }
 
@@ -92,6 +95,7 @@ impl Needs {
         } else {
             parts.never("indirect", "indirect light was not asked for")
         };
+        ambient_occlusion(&mut parts, settings.ao.method);
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
         for name in ["depth_pyramid", "trace"] {
@@ -175,6 +179,7 @@ impl Needs {
             geometry: geometry && rays,
             moments: moments && rays,
             blend_by_variance: by_variance && rays,
+            ao: settings.ao.method,
             parts,
         }
     }
@@ -183,6 +188,7 @@ impl Needs {
     pub fn of_surfaces(&self) -> Needs {
         Needs {
             composite: false,
+            ao: Ao::None,
             rays: false,
             screen_space: false,
             back_faces: false,
@@ -207,6 +213,25 @@ impl Needs {
     pub fn left_out(&self) -> Vec<Part> {
         self.parts.iter().filter(|p| !p.runs).cloned().collect()
     }
+}
+
+/// Not forced either: what is not occluded is another picture than what is.
+fn ambient_occlusion(parts: &mut Parts, ao: Ao) {
+    let mut part = |name, needed, yes: &str| {
+        let no = match ao {
+            Ao::None => "ambient light is not occluded".to_owned(),
+            other => format!("`{}` does without", other.name()),
+        };
+        parts.needed(name, needed, yes, &no);
+    };
+    part("ao_rays", ao == Ao::RayTraced, "rays find what hides the surroundings");
+    part("ao_pairs", ao.is_stereo(), "both eyes have a say in what hides the surroundings");
+    let views = if ao.samples_both_views() { "both views" } else { "each view" };
+    part("ao_obscurance", ao.is_estimated(), &format!("{views} show what hides the surroundings"));
+    part("ao_reproject", ao.samples_both_views(), "what one eye's pixel found is its pair's, too");
+    part("ao_filter", ao.is_estimated(), "neighbours share what they found");
+    part("ao_adaptive", ao.is_adaptive(), "only pixels that differ visibly between the eyes go on");
+    part("ao_blend", ao.is_stereo(), "the eyes' filters are blended by their weights");
 }
 
 /// Collects what is decided.

@@ -13,6 +13,7 @@ use crate::gpu::{Frame, Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::ao::{Ao, AoImages, AoPass, Seen};
 use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
@@ -47,6 +48,7 @@ struct Passes {
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
     indirect: Option<IndirectPass>,
+    ao: Option<AoPass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
     march: Option<(DepthPyramidPass, TracePass)>,
@@ -66,8 +68,10 @@ impl Passes {
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
         let of_lights = rays;
+        let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
         let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
+            ao,
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
@@ -196,7 +200,10 @@ impl Prepared {
         let asked = self
             .rays
             .as_deref()
-            .filter(|_| self.needs.path_trace || self.needs.probe || self.needs.shadows || self.needs.indirect);
+            .filter(|_| {
+                let needs = &self.needs;
+                needs.path_trace || needs.probe || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+            });
         asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
 
@@ -277,13 +284,15 @@ impl Prepared {
         if self.settings.all_passes || !self.lit.get() {
             self.record_lights(&mut frame, context, targets, 1)?;
         }
-        passes.lighting.record(&mut frame, resources, context, targets)?;
+        frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
+        let visibility = targets.ao.as_ref().map(|ao| &ao.visibility);
+        passes.lighting.record(&mut frame, resources, context, targets, visibility)?;
         if let Some(fine) = &self.fine {
             passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
             if self.settings.all_passes || !self.lit.get() {
                 self.record_lights(&mut frame, &fine.context, &fine.targets, self.settings.antialias)?;
             }
-            passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets)?;
+            passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
         }
         self.lit.set(true);
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
@@ -337,8 +346,7 @@ impl Prepared {
                     first += count;
                     progress(first, samples)?;
                     // The first one also rasterises and compiles; it only makes the next estimate cautious.
-                    let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
-                    count = (fitting as u32).clamp(1, 4 * count).min(most_paths);
+                    count = next_count(count, seconds).min(most_paths);
                 }
             }
         }
@@ -365,6 +373,36 @@ impl Prepared {
             pass.record(frame, resources, rays, context, (targets, indirect))?;
         }
         Ok(())
+    }
+
+    /// Adds the passes of ambient occlusion, if the frame has any; those of its rays are submitted a part at a time.
+    fn record_ao(
+        &self,
+        mut frame: Frame,
+        (times, counts): (&mut Vec<PassTime>, &mut Counts),
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<Frame, RenderError> {
+        let (Some(pass), Some(images)) = (&self.passes.ao, &self.targets.ao) else { return Ok(frame) };
+        let seen = Seen { context: &self.context, gbuffer: &self.targets.gbuffer, images };
+        match (pass, &self.rays) {
+            (AoPass::Views(pass), _) => pass.record(&mut frame, seen)?,
+            (AoPass::Rays(pass), Some(rays)) => {
+                let (mut first, mut count) = (0, 1);
+                while first < pass.count() {
+                    count = count.min(pass.count() - first);
+                    let start = Instant::now();
+                    pass.record(&mut frame, (&self.resources, rays), seen, (first, count))?;
+                    times.extend(frame.finish()?);
+                    first += count;
+                    count = next_count(count, start.elapsed().as_secs_f64());
+                    frame = self.next_submission(counts)?;
+                    // For Ctrl-C: none of the method's own samples is done.
+                    progress(0, self.method.samples())?;
+                }
+            }
+            (AoPass::Rays(_), None) => {}
+        }
+        Ok(frame)
     }
 
     /// Builds the geometry for lost rays, if the list of `marched` holds any.
@@ -414,6 +452,49 @@ impl Prepared {
     /// As [`Prepared::linear`].
     pub fn reflection(&self) -> Result<StereoPicture, GpuError> {
         self.picture(&self.targets.reflection_out)
+    }
+
+    /// How much of its surroundings each pixel sees, by eye: 1 open, 0 hidden; `None` where ambient light is not occluded.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn ambient_visibility(&self) -> Result<Option<[Vec<f32>; 2]>, GpuError> {
+        let Some(ao) = &self.targets.ao else { return Ok(None) };
+        let bytes = read_image(&self.gpu, &ao.visibility)?;
+        let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
+        let (left, right) = texels.split_at(texels.len() / 2);
+        Ok(Some([left, right].map(|eye| self.framing.crop(eye))))
+    }
+
+    /// Pixels of the last frame, of both eyes and a guard band, that adaptive ambient occlusion worked on again; `None`
+    /// of other methods.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn ambient_pixels_again(&self) -> Result<Option<u32>, GpuError> {
+        let Some(list) = self.targets.ao.as_ref().and_then(AoImages::listed) else { return Ok(None) };
+        let arguments = read_buffer(&self.gpu, &list.arguments)?;
+        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
+        Ok(Some(count))
+    }
+
+    /// Draws the G-buffer and finds the visibility of the surroundings, and does nothing else: for those who look at
+    /// nothing else.
+    ///
+    /// # Errors
+    /// What the device said, or Ctrl-C.
+    pub fn ambient_frame(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<Vec<PassTime>, RenderError> {
+        let mut frame = Frame::begin(&self.gpu)?;
+        let (mut times, mut counts) = (Vec::new(), Counts::default());
+        frame.fill(&self.context.counters, 0);
+        let Prepared { scene, resources, passes, context, targets, .. } = self;
+        passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
+        let frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
+        times.extend(frame.finish()?);
+        Ok(by_name(times))
     }
 
     /// Standard error of the reflection's mean, per channel; the reference only.
@@ -472,6 +553,12 @@ impl Prepared {
         let eyes = [left, right].map(|eye| self.framing.crop(eye));
         Ok(StereoPicture { width: self.settings.width, height: self.settings.height, eyes })
     }
+}
+
+/// Samples of the next submission, after `count` took so long.
+fn next_count(count: u32, seconds: f64) -> u32 {
+    let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
+    (fitting as u32).clamp(1, 4 * count)
 }
 
 /// The error exists where a reflection does; elsewhere the image was never written.

@@ -11,6 +11,7 @@ use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
+use super::ao::Ao;
 use super::baked::BakedLight;
 use super::brdf_table::brdf_table;
 use super::bvh::{RayScene, fast_ray_queries};
@@ -59,6 +60,8 @@ pub struct Rendered {
     pub reflection: StereoPicture,
     /// Standard error of the reflection's mean, per channel; the reference only.
     pub error: Option<StereoPicture>,
+    /// How much of its surroundings each pixel sees, in all three channels; `None` where ambient light is not occluded.
+    pub ambient_visibility: Option<StereoPicture>,
     /// sRGB bytes (RGBA) by eye.
     pub display: [Vec<u8>; 2],
     /// Median over the frames, in the order of the passes.
@@ -194,7 +197,8 @@ impl Renderer {
         let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), nothing), view)?;
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
-        let asks_geometry = needs.path_trace || needs.shadows || needs.indirect || needs.probe && !probe_fits;
+        let asks_geometry = needs.path_trace || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+            || needs.probe && !probe_fits;
         let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
         if let (true, Some(rays)) = (needs.indirect, &rays) {
             context.baked = self.baked_light(&needs, &context, rays)?;
@@ -254,10 +258,12 @@ impl Renderer {
             }
         }
         let reflection = prepared.reflection()?;
+        let ambient = prepared.ambient_visibility()?;
         let rendered = Rendered {
             linear: prepared.linear()?,
             error: prepared.standard_error(&reflection)?,
             reflection,
+            ambient_visibility: ambient.map(|eyes| grey(eyes, settings)),
             display: prepared.display()?,
             passes: medians(&times),
             frame_ms,
@@ -272,6 +278,12 @@ impl Renderer {
         self.gpu.check_validation()?;
         Ok(rendered)
     }
+}
+
+/// One number a pixel as a picture.
+fn grey(eyes: [Vec<f32>; 2], settings: &Settings) -> StereoPicture {
+    let eyes = eyes.map(|eye| eye.into_iter().map(|v| [v; 3]).collect());
+    StereoPicture { width: settings.width, height: settings.height, eyes }
 }
 
 fn medians(frames: &[Vec<PassTime>]) -> Vec<PassTime> {

@@ -2,6 +2,7 @@
 
 use crate::scene::{Fallback, Scene};
 
+use super::ao::AoSettings;
 use super::method::{Method, Reuse};
 
 /// The random streams of the eyes.
@@ -76,6 +77,9 @@ pub struct Settings {
     pub soft_shadow_rays: u32,
     /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing. 1 to 4.
     pub antialias: u32,
+    /// Left out of what is written where nothing is occluded, so that a picture without it keeps its address.
+    #[serde(skip_serializing_if = "AoSettings::is_off")]
+    pub ao: AoSettings,
     /// Run every pass, needed or not: the picture must not change.
     pub all_passes: bool,
 }
@@ -101,6 +105,7 @@ impl Default for Settings {
             indirect: false,
             soft_shadow_rays: 16,
             antialias: 1,
+            ao: AoSettings::default(),
             all_passes: false,
         }
     }
@@ -128,5 +133,22 @@ impl Settings {
     /// Width over height of one eye.
     pub fn aspect(&self) -> f64 {
         f64::from(self.width) / f64::from(self.height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ao::Ao;
+    use super::*;
+
+    #[test]
+    fn settings_without_occlusion_are_written_as_ever() {
+        let written = |settings: &Settings| serde_json::to_value(settings).expect("JSON");
+        let off = AoSettings { radius_m: 2.0, ..AoSettings::default() };
+        assert_eq!(written(&Settings { ao: off, ..Settings::default() }), written(&Settings::default()));
+        assert!(written(&Settings::default()).get("ao").is_none());
+        let on = AoSettings { method: Ao::Variant1, ..off };
+        let ao = &written(&Settings { ao: on, ..Settings::default() })["ao"];
+        assert_eq!((&ao["method"], &ao["radius_m"]), (&"variant1".into(), &2.0.into()));
     }
 }

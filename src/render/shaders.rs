@@ -26,7 +26,9 @@ pub fn digest() -> String {
 
 /// The same over those that a picture traced through the geometry alone may follow from.
 pub fn digest_of_reference() -> String {
-    digest_of(|name| !OF_VIEWS.contains(&name) && !name.starts_with("trace_geometry"))
+    digest_of(|name| {
+        !OF_VIEWS.contains(&name) && !["ao_", "trace_geometry"].iter().any(|start| name.starts_with(start))
+    })
 }
 
 fn digest_of(counts: impl Fn(&str) -> bool) -> String {

@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
+use super::ao::AoImages;
 use super::method::{Method, Traversal};
 use super::needs::Needs;
 use super::settings::Settings;
@@ -30,7 +31,11 @@ pub struct RayList {
 }
 
 impl RayList {
-    fn new(gpu: &Rc<Gpu>, pixels: u64) -> Result<RayList, GpuError> {
+    /// Room for so many.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn new(gpu: &Rc<Gpu>, pixels: u64) -> Result<RayList, GpuError> {
         Ok(RayList {
             rays: Buffer::device(gpu, "ray list", pixels * 4)?,
             arguments: Buffer::device(gpu, "ray list arguments", 16)?,
@@ -88,6 +93,8 @@ pub struct PathTraced {
 /// Every image of a frame.
 pub struct Targets {
     pub gbuffer: GBuffer,
+    /// Where ambient light is occluded.
+    pub ao: Option<AoImages>,
     pub radiance: Image,
     /// What the punctual lights put on each pixel; `None` where none of them casts a shadow.
     pub direct: Option<Image>,
@@ -181,6 +188,7 @@ impl Targets {
         };
         Ok(Targets {
             gbuffer,
+            ao: (!settings.ao.is_off()).then(|| AoImages::new(gpu, settings.ao.method, (w, h))).transpose()?,
             radiance: stereo("radiance", rgba16)?,
             indirect: needs.indirect.then(|| stereo("indirect light", rgba16)).transpose()?,
             direct: needs.shadows.then(|| stereo("direct light", rgba32)).transpose()?,

@@ -19,6 +19,8 @@ pub struct Shot {
     pub reflection: StereoPicture,
     /// sRGB bytes (RGBA) by eye.
     pub display: [Vec<u8>; 2],
+    /// By eye; `None` where ambient light is not occluded.
+    pub ambient_visibility: Option<[Vec<f32>; 2]>,
     pub counters: Counts,
     /// Values that the device counted as NaN or infinite, or that were read back as such.
     pub not_finite: u64,
@@ -91,12 +93,15 @@ impl Bench {
         };
         let (linear, reflection) = (prepared.linear()?, prepared.reflection()?);
         let values = [&linear, &reflection].into_iter().flat_map(|p| p.eyes.iter().flatten().flatten());
+        let ambient_visibility = prepared.ambient_visibility()?;
+        let values = values.chain(ambient_visibility.iter().flatten().flatten());
         let read = values.filter(|v| !v.is_finite()).count() as u64;
         let shot = Rc::new(Shot {
             label: format!("{label} {method}"),
             linear,
             reflection,
             display: prepared.display()?,
+            ambient_visibility,
             counters,
             not_finite: counted.max(read),
         });

@@ -3,6 +3,7 @@
 //!
 //! A case is declared data ([`Case`]); one file a family. `cyclopean stress` runs them all.
 
+mod ambient;
 mod bench;
 mod case;
 mod depth;
@@ -36,6 +37,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         lights::CASES,
         range::CASES,
         sizes::CASES,
+        ambient::CASES,
     ]
     .into_iter()
     .flatten()

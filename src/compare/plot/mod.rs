@@ -1,7 +1,7 @@
 //! Drawings of a scene's results as SVG: error over time, and what a family of methods pays and gains with its percentage.
 
-mod axis;
-mod draw;
+pub(super) mod axis;
+pub(super) mod draw;
 mod family;
 mod knob;
 mod time;

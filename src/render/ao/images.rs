@@ -1,0 +1,71 @@
+//! The images of ambient occlusion, allocated only where a frame has it.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use super::settings::Ao;
+use crate::gpu::{Gpu, GpuError, Image, ImageDesc};
+use crate::render::targets::RayList;
+
+/// See the module's documentation.
+pub struct AoImages {
+    /// How much of its surroundings a pixel sees: 1 open, 0 hidden.
+    pub visibility: Image,
+    pub estimated: Option<Estimated>,
+    /// Sums of the rays so far.
+    pub sum: Option<Image>,
+}
+
+/// Of the methods that ask the views.
+pub struct Estimated {
+    /// Before the filter, with depth.
+    pub raw: Image,
+    /// Filtered along x, with the taps' weight and depth.
+    pub rows: Image,
+    pub stereo: Option<Stereo>,
+}
+
+/// Of those that ask both.
+pub struct Stereo {
+    /// Depth, and the other eye's pixel that shows the same place.
+    pub pairs: Image,
+    /// Filtered, with the taps' weight.
+    pub filtered: Image,
+    /// Pixels that differ visibly from their pair.
+    pub visible: Option<RayList>,
+}
+
+impl AoImages {
+    /// Pixels that differ visibly between the eyes, of the methods that look for them.
+    pub fn listed(&self) -> Option<&RayList> {
+        self.estimated.as_ref()?.stereo.as_ref()?.visible.as_ref()
+    }
+
+    /// # Errors
+    /// When device memory runs out: the message names the image and its bytes.
+    pub fn new(gpu: &Rc<Gpu>, ao: Ao, (width, height): (u32, u32)) -> Result<AoImages, GpuError> {
+        let stereo = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(width, height, format));
+        let words = |what: &str| stereo(what, vk::Format::R32G32_UINT);
+        let pixels = 2 * u64::from(width) * u64::from(height);
+        Ok(AoImages {
+            visibility: stereo("ambient visibility", vk::Format::R32_SFLOAT)?,
+            estimated: match ao.is_estimated() {
+                false => None,
+                true => Some(Estimated {
+                    raw: words("raw ambient visibility")?,
+                    rows: words("ambient visibility along x")?,
+                    stereo: match ao.is_stereo() {
+                        false => None,
+                        true => Some(Stereo {
+                            pairs: words("pairs of places")?,
+                            filtered: words("filtered ambient visibility")?,
+                            visible: ao.is_adaptive().then(|| RayList::new(gpu, pixels)).transpose()?,
+                        }),
+                    },
+                }),
+            },
+            sum: (ao == Ao::RayTraced).then(|| stereo("ambient rays", vk::Format::R32_SFLOAT)).transpose()?,
+        })
+    }
+}

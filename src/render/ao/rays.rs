@@ -1,0 +1,66 @@
+//! Ambient occlusion by rays through the scene's geometry: the oracle.
+
+use std::rc::Rc;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::settings::AoSettings;
+use super::views::Seen;
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+use crate::render::bvh::RayScene;
+use crate::render::needs::Needs;
+use crate::render::shaders;
+use crate::render::upload::SceneResources;
+
+/// See `shaders/ao_rays.comp`.
+pub struct RaysPass {
+    settings: AoSettings,
+    pass: ComputePass,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Constants {
+    radius_m: f32,
+    first: u32,
+    count: u32,
+}
+
+impl RaysPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, settings: AoSettings, rays: &RayScene) -> Result<RaysPass, GpuError> {
+        let words = rays.variant(&shaders::AO_RAYS_COMP, &shaders::AO_RAYS_RAY_QUERY_COMP).words();
+        Ok(RaysPass { settings, pass: ComputePass::new(gpu, "ao_rays", &words, &[u32::from(needs.mask)])? })
+    }
+
+    /// Rays a pixel, all together.
+    pub fn count(&self) -> u32 {
+        self.settings.rays
+    }
+
+    /// Adds rays `first .. first + count` of every pixel.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        (resources, rays): (&SceneResources, &RayScene),
+        seen: Seen<'_>,
+        (first, count): (u32, u32),
+    ) -> Result<(), GpuError> {
+        let Some(sum) = &seen.images.sum else { return Ok(()) };
+        let context = seen.context;
+        frame
+            .compute(&self.pass)
+            .uniform(&context.frame)
+            .with(|chain| rays.bind(chain, resources, context))
+            .sampled(&seen.gbuffer.surface, &context.nearest)
+            .sampled(&seen.gbuffer.depth, &context.nearest)
+            .read_write(sum)
+            .write(&seen.images.visibility)
+            .constants(&Constants { radius_m: self.settings.radius_m, first, count })
+            .dispatch_stereo(seen.images.visibility.extent())
+    }
+}

@@ -1,0 +1,208 @@
+//! Ambient occlusion from the views: the passes of `mono`, `fsa`, `variant1` and `variant2`.
+
+use std::rc::Rc;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::images::{AoImages, Estimated, Stereo};
+use super::settings::{Ao, AoSettings};
+use crate::gpu::{ComputePass, Dispatch, Frame, Gpu, GpuError, Image};
+use crate::render::context::Context;
+use crate::render::shaders;
+use crate::render::targets::{GBuffer, RayList};
+
+/// What a frame's passes look at.
+#[derive(Clone, Copy)]
+pub struct Seen<'a> {
+    pub context: &'a Context,
+    pub gbuffer: &'a GBuffer,
+    pub images: &'a AoImages,
+}
+
+/// Estimate and filter, with what the stereo methods add.
+pub struct ViewsPass {
+    settings: AoSettings,
+    obscurance: ComputePass,
+    filter: [ComputePass; 2],
+    stereo: Option<StereoPasses>,
+}
+
+struct StereoPasses {
+    pairs: ComputePass,
+    /// Where all pixels are estimated in both views.
+    reproject: Option<ComputePass>,
+    /// Over all pixels, or over the listed ones.
+    blend: ComputePass,
+    /// Finds the pixels that differ visibly.
+    select: Option<ComputePass>,
+    /// Estimate and filter of those alone.
+    again: Option<(ComputePass, [ComputePass; 2])>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Estimate {
+    radius_m: f32,
+    threshold: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Threshold {
+    share: f32,
+}
+
+impl ViewsPass {
+    /// # Errors
+    /// What the device said.
+    pub fn new(gpu: &Rc<Gpu>, settings: AoSettings) -> Result<ViewsPass, GpuError> {
+        let ao = settings.method;
+        let pass = |name, shader: &crate::gpu::Shader, constants: &[u32]| {
+            ComputePass::new(gpu, name, &shader.words(), constants)
+        };
+        let both = u32::from(ao.samples_both_views());
+        let keep = u32::from(ao.is_stereo());
+        let filter = |name, shader| -> Result<[ComputePass; 2], GpuError> {
+            Ok([pass(name, shader, &[0, keep])?, pass(name, shader, &[1, keep])?])
+        };
+        let stereo = || -> Result<StereoPasses, GpuError> {
+            let again = || -> Result<_, GpuError> {
+                let estimate = pass("ao_obscurance_listed", &shaders::AO_OBSCURANCE_LISTED_COMP, &[1])?;
+                Ok((estimate, filter("ao_filter_listed", &shaders::AO_FILTER_LISTED_COMP)?))
+            };
+            let reproject = || pass("ao_reproject", &shaders::AO_REPROJECT_COMP, &[]);
+            let select = || pass("ao_adaptive", &shaders::AO_ADAPTIVE_COMP, &[]);
+            Ok(StereoPasses {
+                pairs: pass("ao_pairs", &shaders::AO_PAIRS_COMP, &[])?,
+                reproject: ao.samples_both_views().then(reproject).transpose()?,
+                blend: match ao.is_adaptive() {
+                    true => pass("ao_blend_listed", &shaders::AO_BLEND_LISTED_COMP, &[])?,
+                    false => pass("ao_blend", &shaders::AO_BLEND_COMP, &[])?,
+                },
+                select: ao.is_adaptive().then(select).transpose()?,
+                again: (ao == Ao::Variant1).then(again).transpose()?,
+            })
+        };
+        Ok(ViewsPass {
+            settings,
+            obscurance: pass("ao_obscurance", &shaders::AO_OBSCURANCE_COMP, &[both])?,
+            filter: filter("ao_filter", &shaders::AO_FILTER_COMP)?,
+            stereo: ao.is_stereo().then(stereo).transpose()?,
+        })
+    }
+
+    /// # Errors
+    /// What the device said.
+    pub fn record(&self, frame: &mut Frame, seen: Seen<'_>) -> Result<(), GpuError> {
+        let Some(out) = &seen.images.estimated else { return Ok(()) };
+        let extent = seen.images.visibility.extent();
+        let context = seen.context;
+        let pairs = out.stereo.as_ref().zip(self.stereo.as_ref());
+        if let Some((images, passes)) = pairs {
+            frame
+                .compute(&passes.pairs)
+                .uniform(&context.frame)
+                .sampled(&seen.gbuffer.surface, &context.nearest)
+                .sampled(&seen.gbuffer.depth, &context.nearest)
+                .write(&images.pairs)
+                .dispatch_stereo(extent)?;
+        }
+        self.estimate(frame.compute(&self.obscurance), seen, out).dispatch_stereo(extent)?;
+        if let Some((images, passes)) = pairs
+            && let Some(reproject) = &passes.reproject
+        {
+            frame
+                .compute(reproject)
+                .uniform(&context.frame)
+                .sampled(&images.pairs, &context.nearest)
+                .read_write(&out.raw)
+                .dispatch_stereo(extent)?;
+        }
+        for second in [false, true] {
+            let pass = &self.filter[usize::from(second)];
+            filter(frame.compute(pass), seen, out, second).dispatch_stereo(extent)?;
+        }
+        match pairs {
+            Some((images, passes)) => self.compare_eyes(frame, seen, (out, images), passes),
+            None => Ok(()),
+        }
+    }
+
+    /// What comes after each eye's filter.
+    fn compare_eyes(
+        &self,
+        frame: &mut Frame,
+        seen: Seen<'_>,
+        (out, images): (&Estimated, &Stereo),
+        passes: &StereoPasses,
+    ) -> Result<(), GpuError> {
+        let (context, visibility) = (seen.context, &seen.images.visibility);
+        let (Some(select), Some(list)) = (&passes.select, &images.visible) else {
+            return blend(frame.compute(&passes.blend), seen, images).dispatch_stereo(visibility.extent());
+        };
+        list.clear(frame);
+        frame
+            .compute(select)
+            .uniform(&context.frame)
+            .sampled(&images.pairs, &context.nearest)
+            .sampled(visibility, &context.nearest)
+            .write_buffer(&list.rays)
+            .write_buffer(&list.arguments)
+            .constants(&Threshold { share: self.settings.threshold })
+            .dispatch_stereo(visibility.extent())?;
+        if let Some((obscurance, filters)) = &passes.again {
+            self.estimate(frame.compute(obscurance), seen, out)
+                .read_buffer(&list.rays)
+                .read_buffer(&list.arguments)
+                .sampled(visibility, &context.nearest)
+                .dispatch_indirect(&list.arguments, 0)?;
+            for second in [false, true] {
+                listed(filter(frame.compute(&filters[usize::from(second)]), seen, out, second), list)?;
+            }
+        }
+        listed(blend(frame.compute(&passes.blend), seen, images), list)
+    }
+
+    /// Binds what `ao_obscurance.comp` reads and writes.
+    fn estimate<'f>(&self, chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated) -> Dispatch<'f> {
+        let context = seen.context;
+        // Without pairs nothing looks at them.
+        let pairs = out.stereo.as_ref().map_or(&seen.gbuffer.surface, |s| &s.pairs);
+        chain
+            .uniform(&context.frame)
+            .sampled(&seen.gbuffer.surface, &context.nearest)
+            .sampled(&seen.gbuffer.depth, &context.nearest)
+            .sampled(pairs, &context.nearest)
+            .write(&out.raw)
+            .constants(&Estimate { radius_m: self.settings.radius_m, threshold: self.settings.threshold })
+    }
+}
+
+/// Binds what `ao_filter.comp` reads and writes, along x or, second, along y.
+fn filter<'f>(chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated, second: bool) -> Dispatch<'f> {
+    let context = seen.context;
+    // Without pairs the second filter keeps no weights, and writes to no other image than the visibility.
+    let filtered = out.stereo.as_ref().map_or(&out.raw, |s| &s.filtered);
+    let (from, to): (&Image, &Image) = if second { (&out.rows, filtered) } else { (&out.raw, &out.rows) };
+    chain
+        .uniform(&context.frame)
+        .sampled(&seen.gbuffer.surface, &context.nearest)
+        .sampled(from, &context.nearest)
+        .write(to)
+        .write(&seen.images.visibility)
+}
+
+/// Binds what `ao_blend.comp` reads and writes.
+fn blend<'f>(chain: Dispatch<'f>, seen: Seen<'f>, images: &'f Stereo) -> Dispatch<'f> {
+    let context = seen.context;
+    chain
+        .uniform(&context.frame)
+        .sampled(&images.pairs, &context.nearest)
+        .sampled(&images.filtered, &context.nearest)
+        .write(&seen.images.visibility)
+}
+
+/// Over the list alone.
+fn listed<'f>(chain: Dispatch<'f>, list: &'f RayList) -> Result<(), GpuError> {
+    chain.read_buffer(&list.rays).read_buffer(&list.arguments).dispatch_indirect(&list.arguments, 0)
+}
