@@ -357,3 +357,27 @@ proptest! {
         let _ = scene::load_bytes("mutated", &bytes);
     }
 }
+
+#[test]
+fn a_light_that_cannot_be_is_refused_by_one_sentence() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("lights.json");
+    for (light, said) in [
+        (r#"{"kind": "point", "position": [0, 1, 0], "intensity": [1, 1, 1], "radius_m": -1}"#, "radius_m is -1"),
+        (r#"{"kind": "point", "position": [0, 1, 0], "intensity": [1, 1, 1], "radius_m": 1e9}"#, "0 to 1000"),
+        (r#"{"kind": "point", "position": [0, 1, 0], "intensity": [1, 1, 1], "range_m": 1e39}"#, "range_m is inf"),
+        (r#"{"kind": "directional", "direction": [0, -1, 0], "irradiance": [1, 1, 1], "angle_deg": 91}"#, "0 to 90"),
+    ] {
+        let text = format!(
+            r#"{{"name": "x", "geometry": {{"builtin": {{"name": "room", "detail": 0.01}}}}, "lights": [{light}]}}"#
+        );
+        std::fs::write(&path, text).expect("written");
+        let error = scene::load(&path.to_string_lossy()).expect_err("refused").to_string();
+        assert!(error.contains("lights[0]") && error.contains(said), "{error}");
+    }
+    let text = r#"{"name": "x", "geometry": {"builtin": {"name": "room", "detail": 0.01}},
+                   "file_lights": [{"name": "Sun", "angle_deg": 1}]}"#;
+    std::fs::write(&path, text).expect("written");
+    let error = scene::load(&path.to_string_lossy()).expect_err("refused").to_string();
+    assert!(error.contains("Sun") && error.contains("no light of that name"), "{error}");
+}

@@ -197,13 +197,10 @@ impl Prepared {
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
-        let asked = self
-            .rays
-            .as_deref()
-            .filter(|_| {
-                let needs = &self.needs;
-                needs.path_trace || needs.probe || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
-            });
+        let asked = self.rays.as_deref().filter(|_| {
+            let needs = &self.needs;
+            needs.path_trace || needs.probe || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+        });
         asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
 

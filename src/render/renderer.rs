@@ -197,7 +197,10 @@ impl Renderer {
         let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), nothing), view)?;
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
-        let asks_geometry = needs.path_trace || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+        let asks_geometry = needs.path_trace
+            || needs.shadows
+            || needs.indirect
+            || needs.ao == Ao::RayTraced
             || needs.probe && !probe_fits;
         let rays = asks_geometry.then(|| self.rays.obtain(context.head, settings.trace)).transpose()?;
         if let (true, Some(rays)) = (needs.indirect, &rays) {
