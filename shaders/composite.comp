@@ -112,7 +112,7 @@ void main() {
     if (any(greaterThanEqual(id.xy, frame.size))) return;
     ivec3 texel = ivec3(id);
     vec3 reflection = reflection_of(texel);
-    vec3 sum = FINER > 1u ? antialiased(texel) : texelFetch(radiance_image, texel, 0).rgb + reflection;
+    vec3 sum = FINER != 1u ? antialiased(texel) : texelFetch(radiance_image, texel, 0).rgb + reflection;
     if (any(isnan(sum))) atomicAdd(counters.nan, 1u);
     if (any(isinf(sum))) atomicAdd(counters.inf, 1u);
     if (WANT_LINEAR != 0u) {

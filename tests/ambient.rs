@@ -11,7 +11,7 @@ use cyclopean::metrics::ambient::{inconsistency, mean_absolute_error, places};
 use cyclopean::metrics::pairs::EyeSurfaces;
 use cyclopean::metrics::{Surfaces, mean};
 use cyclopean::render::{Ao, AoSettings, Method, Prepared, Rendered, Renderer, Settings, Streams};
-use cyclopean::scene::{self, Eye, Light, Scene, StereoCamera};
+use cyclopean::scene::{self, Eye, LightSource, Scene, StereoCamera};
 use cyclopean::stress::shapes::{place, upright};
 use glam::{DQuat, DVec3, Vec3};
 use pictures::{gpu, hall, look, material, plane, render, render_from, settings, sphere};
@@ -169,8 +169,8 @@ fn only_light_from_around_is_occluded() {
     let gpu = gpu();
     // Rough, so that no reflection is traced.
     let mut lit = corner();
-    let light = Light::Directional { direction: Vec3::new(0.0, -1.0, -1.0).normalize(), irradiance: Vec3::ONE };
-    lit.lights.push(light);
+    let light = LightSource::Directional { direction: Vec3::new(0.0, -1.0, -1.0).normalize(), irradiance: Vec3::ONE };
+    lit.lights.push(light.into());
     let lit = Arc::new(lit);
     let [open, dimmed] = [Ao::None, Ao::Mono].map(|ao| render(&gpu, &lit, "sssr", &small(ao)));
     let seen = visibility(&dimmed);

@@ -51,7 +51,8 @@ fn materials_are_of_table_1s_kind() {
         assert!((average - mean).abs() < 0.08, "{name}: {average}, the paper has {mean}");
         assert!(found.lights >= 3 && found.views[..2] == ["main", "close"], "{name}");
         assert!(
-            found.repairs.is_empty() && found.warnings.is_empty(),
+            // Window panes, lamp shades and lanterns let light through.
+            found.repairs.is_empty() && found.warnings.iter().all(|w| w.contains("transmit light")),
             "{name}: {:?} {:?}",
             found.repairs,
             found.warnings

@@ -73,7 +73,8 @@ impl AccelerationStructure {
             .max_vertex(3 * triangles.count - 1)
             .index_type(vk::IndexType::NONE_KHR);
         let flags = match triangles.opaque {
-            true => vk::GeometryFlagsKHR::OPAQUE,
+            // Rays to lights ask opaque triangles too where some let light through.
+            true => vk::GeometryFlagsKHR::OPAQUE | vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
             // Offered once each: a cut-out is decided by a look at its texture.
             false => vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
         };

@@ -160,11 +160,13 @@ pub fn wall_with_windows(
     let mut wall = piece(0.0, bottom, first, last);
     wall.push(piece(top, height, first, last));
     let mut from = first;
+    // Piers reach a little into the strips: where edges coincide no mesh is closed.
+    let (low, high) = (bottom - 0.01, top + 0.01);
     for middle in openings {
-        wall.push(piece(bottom, top, from, middle - width / 2.0));
+        wall.push(piece(low, high, from, middle - width / 2.0));
         from = middle + width / 2.0;
     }
-    wall.push(piece(bottom, top, from, last));
+    wall.push(piece(low, high, from, last));
     wall
 }
 
