@@ -291,7 +291,6 @@ impl Prepared {
             }
             passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
         }
-        self.lit.set(true);
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
             classify.record(&mut frame, context, targets, list)?;
             if let (Some((pyramid, _)), Some(marched)) = (&passes.march, &targets.marched) {
@@ -350,6 +349,8 @@ impl Prepared {
         passes.composite.record(&mut frame, context, targets, self.fine.as_ref())?;
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
+        // Only now: a frame that was broken off may have lit nothing.
+        self.lit.set(true);
         Ok((times, counts))
     }
 
