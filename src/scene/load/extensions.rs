@@ -36,7 +36,11 @@ pub const KNOWN: [(&str, Treatment, &str); 35] = [
     ("EXT_meshopt_compression", Read, "attributes and indices are unpacked, all filters undone"),
     ("EXT_texture_webp", Read, "the WebP picture is shown"),
     ("KHR_draco_mesh_compression", Read, "the compressed triangles are unpacked"),
-    ("KHR_lights_punctual", Read, "directional, point and spot lights, without shadows"),
+    (
+        "KHR_lights_punctual",
+        Read,
+        "directional, point and spot lights, with hard shadows unless the manifest says otherwise",
+    ),
     ("KHR_materials_emissive_strength", Read, "it multiplies the emission"),
     ("KHR_materials_ior", Read, "it sets the reflectance at normal incidence"),
     ("KHR_mesh_quantization", Read, "integer attributes, normalised or not"),
