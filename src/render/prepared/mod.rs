@@ -1,0 +1,267 @@
+//! A view and a method made ready on a device: the passes in order, and what their frames share.
+//!
+//! Made once, run for as many frames, seeds and (in the same place) camera poses as are asked: nothing is allocated and
+//! no pipeline is made again.
+
+mod read;
+mod record;
+
+use std::cell::{Cell, OnceCell};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::console::Interrupted;
+use crate::gpu::{Gpu, GpuError, PassTime};
+use crate::scene::{Scene, StereoCamera};
+
+use super::ao::{Ao, AoPass};
+use super::bvh::RayScene;
+use super::classify::ClassifyPass;
+use super::composite::CompositePass;
+use super::context::Context;
+use super::depth_pyramid::DepthPyramidPass;
+use super::fine::Fine;
+use super::framing::Framing;
+use super::gbuffer::{BackFacePass, GBufferPass};
+use super::indirect::IndirectPass;
+use super::lazy_rays::LazyRays;
+use super::lighting::LightingPass;
+use super::method::Method;
+use super::needs::Needs;
+use super::path_rays::PathRaysPass;
+use super::path_trace::PathTracePass;
+use super::renderer::RenderError;
+use super::reproject::ReprojectPass;
+use super::resolve::ResolvePass;
+use super::settings::Settings;
+use super::shadows::ShadowsPass;
+use super::shared::Counts;
+use super::targets::Targets;
+use super::trace::TracePass;
+use super::trace_geometry::TraceGeometryPass;
+use super::upload::{EnvironmentMaps, SceneResources};
+
+/// The passes of a frame, made for its needs.
+struct Passes {
+    gbuffer: GBufferPass,
+    back_face: Option<BackFacePass>,
+    shadows: Option<ShadowsPass>,
+    indirect: Option<IndirectPass>,
+    ao: Option<AoPass>,
+    lighting: LightingPass,
+    classify: Option<ClassifyPass>,
+    march: Option<(DepthPyramidPass, TracePass)>,
+    path_rays: Option<PathRaysPass>,
+    resolve: Option<ResolvePass>,
+    reproject: Option<ReprojectPass>,
+    path_trace: Option<PathTracePass>,
+    composite: CompositePass,
+}
+
+impl Passes {
+    fn new(
+        gpu: &Rc<Gpu>,
+        resources: &SceneResources,
+        needs: &Needs,
+        (settings, method): (&Settings, &Method),
+        rays: Option<&RayScene>,
+    ) -> Result<Passes, GpuError> {
+        let of_lights = rays;
+        let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
+        let rays = rays.filter(|_| needs.path_trace);
+        Ok(Passes {
+            ao,
+            gbuffer: GBufferPass::new(gpu, resources, needs)?,
+            back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
+            indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
+            shadows: of_lights
+                .filter(|_| needs.shadows)
+                .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
+                .transpose()?,
+            lighting: LightingPass::new(gpu, needs)?,
+            classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
+            march: match needs.screen_space {
+                false => None,
+                true => Some((
+                    DepthPyramidPass::new(gpu, needs, (settings, method))?,
+                    TracePass::new(gpu, (settings, method))?,
+                )),
+            },
+            path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
+            resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,
+            reproject: match method.parts().reprojection {
+                Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, needs, (how, method))?),
+                _ => None,
+            },
+            path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,
+            composite: CompositePass::new(gpu, needs, (settings, method))?,
+        })
+    }
+}
+
+/// See the module's documentation.
+pub struct Prepared {
+    gpu: Rc<Gpu>,
+    scene: Arc<Scene>,
+    resources: Rc<SceneResources>,
+    rays: Option<Rc<RayScene>>,
+    /// The geometry for rays that the views lose, built when the first one is lost.
+    lazy_rays: Rc<LazyRays>,
+    /// Made then, too.
+    trace_geometry: OnceCell<TraceGeometryPass>,
+    /// What unknown rays see, where that is not the scene's environment.
+    probe: Option<Rc<EnvironmentMaps>>,
+    needs: Needs,
+    framing: Framing,
+    method: Method,
+    settings: Settings,
+    camera: StereoCamera,
+    context: Context,
+    targets: Targets,
+    /// With antialiasing.
+    fine: Option<Fine>,
+    passes: Passes,
+    /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
+    lit: Cell<bool>,
+}
+
+/// What is known of a frame besides its images.
+#[derive(Debug, Clone)]
+pub struct FrameReport {
+    /// In order; passes that ran more than once (each eye, each sample) are summed under their name.
+    pub passes: Vec<PassTime>,
+    /// From the first command recorded to the last one finished.
+    pub wall_ms: f64,
+    pub counters: Counts,
+}
+
+/// What a scene lends to everything prepared from it.
+pub(super) struct Shared {
+    pub gpu: Rc<Gpu>,
+    pub scene: Arc<Scene>,
+    pub resources: Rc<SceneResources>,
+    pub lazy_rays: Rc<LazyRays>,
+}
+
+impl Prepared {
+    pub(super) fn new(
+        shared: Shared,
+        (context, fine): (Context, Option<Context>),
+        needs: Needs,
+        (camera, method, settings): (&StereoCamera, &Method, &Settings),
+        rays: Option<Rc<RayScene>>,
+        probe: Option<Rc<EnvironmentMaps>>,
+    ) -> Result<Prepared, GpuError> {
+        let Shared { gpu, scene, resources, lazy_rays } = shared;
+        let framing = Framing::of(method, settings);
+        let shown = (settings.width, settings.height);
+        let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
+        let drawn = framing.settings(settings);
+        let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
+        let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
+        let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
+        Ok(Prepared {
+            gpu,
+            scene,
+            resources,
+            rays,
+            lazy_rays,
+            trace_geometry: OnceCell::new(),
+            probe,
+            needs,
+            framing,
+            method,
+            settings,
+            camera,
+            context,
+            targets,
+            fine,
+            passes,
+            lit: Cell::new(false),
+        })
+    }
+
+    /// Which parts run and which are left out.
+    pub fn needs(&self) -> &Needs {
+        &self.needs
+    }
+
+    /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
+    pub fn way(&self) -> Option<&'static str> {
+        let asked = self.rays.as_deref().filter(|_| {
+            let needs = &self.needs;
+            needs.path_trace || needs.probe || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+        });
+        asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
+    }
+
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    pub fn camera(&self) -> &StereoCamera {
+        &self.camera
+    }
+
+    /// The random numbers of the frames to come.
+    pub fn set_seed(&mut self, seed: u32, frame: u32) {
+        self.settings.seed = seed;
+        self.settings.frame = frame;
+        self.update();
+    }
+
+    /// The eyes of the frames to come. Light and geometry stay relative to where the head was at first: within some
+    /// kilometres of it single precision is finer than a pixel.
+    pub fn set_camera(&mut self, camera: &StereoCamera) {
+        self.camera = *camera;
+        self.lit.set(false);
+        self.update();
+    }
+
+    fn update(&self) {
+        let (eyes, drawn) = (self.framing.camera(&self.camera), self.framing.settings(&self.settings));
+        self.context.update(&eyes, &drawn, &self.scene);
+        if let Some(fine) = &self.fine {
+            fine.update(&eyes, &drawn, &self.scene);
+        }
+    }
+
+    /// Renders one frame; `progress` hears how many of its samples are done.
+    ///
+    /// # Errors
+    /// [`RenderError`]: what the device said, Ctrl-C, or a picture that holds NaN or infinity.
+    pub fn frame(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<FrameReport, RenderError> {
+        let start = Instant::now();
+        let (times, counters) = self.record(progress)?;
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        if counters.nan > 0 || counters.inf > 0 {
+            return Err(RenderError::NotFinite {
+                scene: self.scene.name.clone(),
+                method: self.method.to_string(),
+                nan: counters.nan,
+                inf: counters.inf,
+            });
+        }
+        Ok(FrameReport { passes: by_name(times), wall_ms, counters })
+    }
+}
+
+/// Sums the times of passes that ran more than once (each eye, each sample), in order of first appearance.
+fn by_name(times: Vec<PassTime>) -> Vec<PassTime> {
+    let mut sums: Vec<PassTime> = Vec::new();
+    for time in times {
+        match sums.iter_mut().find(|s| s.name == time.name) {
+            Some(sum) => sum.ms += time.ms,
+            None => sums.push(time),
+        }
+    }
+    sums
+}

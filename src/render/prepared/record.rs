@@ -1,0 +1,224 @@
+//! A frame's passes in the order in which they are recorded, submitted and waited for.
+
+use std::time::Instant;
+
+use crate::console::Interrupted;
+use crate::gpu::{Frame, GpuError, PassTime};
+
+use super::super::ao::{AoPass, Seen};
+use super::super::context::{Context, read_buffer};
+use super::super::renderer::RenderError;
+use super::super::shared::{CountersData, Counts};
+use super::super::targets::{Marched, Targets};
+use super::super::trace_geometry::TraceGeometryPass;
+use super::{Prepared, by_name};
+
+/// Samples of a screen-space method recorded into one submission, at the most: fewer where their counts would not stay
+/// within 32 bits.
+const SAMPLES_A_SUBMISSION: u64 = 8;
+/// More than a march takes, on the mean of an image.
+const STEPS_A_RAY: u64 = 128;
+/// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
+const SUBMISSION_SECONDS: f64 = 0.5;
+
+impl Prepared {
+    pub(super) fn record(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<(Vec<PassTime>, Counts), RenderError> {
+        let Prepared { scene, resources, passes, context, targets, .. } = self;
+        let samples = self.method.samples();
+        // Only where the settings ask for the probe: one that was made for other settings is not looked at.
+        let fallback = self.probe.as_deref().filter(|_| self.needs.probe).unwrap_or(&resources.environment);
+        let mut frame = Frame::begin(&self.gpu)?;
+        let (mut times, mut counts) = (Vec::new(), Counts::default());
+        frame.fill(&context.counters, 0);
+        passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
+        if let (Some(pass), Some(marched)) = (&passes.back_face, &targets.marched)
+            && let Some(back) = &marched.back_depth
+        {
+            pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
+        }
+        if self.settings.all_passes || !self.lit.get() {
+            self.record_lights(&mut frame, context, targets, 1)?;
+        }
+        frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
+        let visibility = targets.ao.as_ref().map(|ao| &ao.visibility);
+        passes.lighting.record(&mut frame, resources, context, targets, visibility)?;
+        if let Some(fine) = &self.fine {
+            passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
+            if self.settings.all_passes || !self.lit.get() {
+                self.record_lights(&mut frame, &fine.context, &fine.targets, self.settings.antialias)?;
+            }
+            passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
+        }
+        if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
+            classify.record(&mut frame, context, targets, list)?;
+            if let (Some((pyramid, _)), Some(marched)) = (&passes.march, &targets.marched) {
+                pyramid.record(&mut frame, context, &targets.gbuffer, marched)?;
+            }
+            if let (Some(resolve), Some(out)) = (&passes.resolve, &targets.filtered) {
+                let together = (u64::from(u32::MAX) / (self.pixels() * STEPS_A_RAY)).clamp(1, SAMPLES_A_SUBMISSION);
+                for sample in 0..samples {
+                    if sample > 0 && u64::from(sample) % together == 0 {
+                        times.extend(frame.finish()?);
+                        progress(sample, samples)?;
+                        frame = self.next_submission(&mut counts)?;
+                    }
+                    if let (Some((_, trace)), Some(marched)) = (&passes.march, &targets.marched) {
+                        trace.record(&mut frame, context, &targets.gbuffer, list, (marched, out), sample)?;
+                    }
+                    if let (true, Some(marched)) = (self.needs.geometry, &targets.marched) {
+                        if self.trace_geometry.get().is_none() {
+                            // Nothing lost, nothing built: the first frame looks before it goes on.
+                            times.extend(frame.finish()?);
+                            self.make_trace_geometry(marched)?;
+                            frame = self.next_submission(&mut counts)?;
+                        }
+                        if let Some(pass) = self.trace_geometry.get() {
+                            pass.record(&mut frame, resources, context, targets, sample)?;
+                        }
+                    }
+                    if let (Some(pass), Some(rays)) = (&passes.path_rays, &self.rays) {
+                        pass.record(&mut frame, resources, rays, context, targets, sample)?;
+                    }
+                    resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
+                }
+            }
+            if let Some(reproject) = &passes.reproject {
+                reproject.record(&mut frame, resources, fallback, context, targets)?;
+            }
+            if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
+                let (mut first, mut count) = (0, 1);
+                // So that a submission's counts stay within 32 bits.
+                let most_paths = (u64::from(u32::MAX) / self.pixels()).max(1) as u32;
+                while first < samples {
+                    count = count.min(samples - first);
+                    // Before the recording: with the host's clock each pass is submitted and waited for at once.
+                    let start = Instant::now();
+                    pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
+                    times.extend(frame.finish()?);
+                    let seconds = start.elapsed().as_secs_f64();
+                    frame = self.next_submission(&mut counts)?;
+                    first += count;
+                    progress(first, samples)?;
+                    // The first one also rasterises and compiles; it only makes the next estimate cautious.
+                    count = next_count(count, seconds).min(most_paths);
+                }
+            }
+        }
+        passes.composite.record(&mut frame, context, targets, self.fine.as_ref())?;
+        times.extend(frame.finish()?);
+        self.count(&mut counts)?;
+        // Only now: a frame that was broken off may have lit nothing.
+        self.lit.set(true);
+        Ok((times, counts))
+    }
+
+    /// What lights and baked light put on the view.
+    fn record_lights(
+        &self,
+        frame: &mut Frame,
+        context: &Context,
+        targets: &Targets,
+        finer: u32,
+    ) -> Result<(), GpuError> {
+        let Prepared { resources, passes, .. } = self;
+        let Some(rays) = &self.rays else { return Ok(()) };
+        if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
+            pass.record(frame, resources, rays, context, (targets, direct), finer)?;
+        }
+        if let (Some(pass), Some(indirect)) = (&passes.indirect, &targets.indirect) {
+            pass.record(frame, resources, rays, context, (targets, indirect))?;
+        }
+        Ok(())
+    }
+
+    /// Adds the passes of ambient occlusion, if the frame has any; those of its rays are submitted a part at a time.
+    fn record_ao(
+        &self,
+        mut frame: Frame,
+        (times, counts): (&mut Vec<PassTime>, &mut Counts),
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<Frame, RenderError> {
+        let (Some(pass), Some(images)) = (&self.passes.ao, &self.targets.ao) else { return Ok(frame) };
+        let seen = Seen { context: &self.context, gbuffer: &self.targets.gbuffer, images };
+        match (pass, &self.rays) {
+            (AoPass::Views(pass), _) => pass.record(&mut frame, seen)?,
+            (AoPass::Rays(pass), Some(rays)) => {
+                let (mut first, mut count) = (0, 1);
+                while first < pass.count() {
+                    count = count.min(pass.count() - first);
+                    let start = Instant::now();
+                    pass.record(&mut frame, (&self.resources, rays), seen, (first, count))?;
+                    times.extend(frame.finish()?);
+                    first += count;
+                    count = next_count(count, start.elapsed().as_secs_f64());
+                    frame = self.next_submission(counts)?;
+                    // For Ctrl-C: none of the method's own samples is done.
+                    progress(0, self.method.samples())?;
+                }
+            }
+            (AoPass::Rays(_), None) => {}
+        }
+        Ok(frame)
+    }
+
+    /// Builds the geometry for lost rays, if the list of `marched` holds any.
+    fn make_trace_geometry(&self, marched: &Marched) -> Result<(), GpuError> {
+        let arguments = read_buffer(&self.gpu, &marched.lost.arguments)?;
+        let [_, _, _, lost]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
+        if lost > 0 {
+            let rays = self.lazy_rays.obtain(self.context.head, self.settings.trace)?;
+            let pass = TraceGeometryPass::new(&self.gpu, &self.needs, rays)?;
+            // It was empty a line ago, and nothing else fills it.
+            let _ = self.trace_geometry.set(pass);
+        }
+        Ok(())
+    }
+
+    /// Drawn, of both eyes.
+    fn pixels(&self) -> u64 {
+        let (width, height) = self.targets.linear.extent();
+        2 * u64::from(width) * u64::from(height)
+    }
+
+    /// The counters so far, and a submission that starts them anew.
+    fn next_submission(&self, counts: &mut Counts) -> Result<Frame, GpuError> {
+        self.count(counts)?;
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.fill(&self.context.counters, 0);
+        Ok(frame)
+    }
+
+    fn count(&self, counts: &mut Counts) -> Result<(), GpuError> {
+        let bytes = read_buffer(&self.gpu, &self.context.counters)?;
+        counts.add(&bytemuck::pod_read_unaligned::<CountersData>(&bytes[..size_of::<CountersData>()]));
+        Ok(())
+    }
+
+    /// Draws the G-buffer and finds the visibility of the surroundings, and does nothing else: for those who look at
+    /// nothing else.
+    ///
+    /// # Errors
+    /// What the device said, or Ctrl-C.
+    pub fn ambient_frame(
+        &self,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<Vec<PassTime>, RenderError> {
+        let mut frame = Frame::begin(&self.gpu)?;
+        let (mut times, mut counts) = (Vec::new(), Counts::default());
+        frame.fill(&self.context.counters, 0);
+        let Prepared { scene, resources, passes, context, targets, .. } = self;
+        passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
+        let frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
+        times.extend(frame.finish()?);
+        Ok(by_name(times))
+    }
+}
+
+/// Samples of the next submission, after `count` took so long.
+fn next_count(count: u32, seconds: f64) -> u32 {
+    let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
+    (fitting as u32).clamp(1, 4 * count)
+}
