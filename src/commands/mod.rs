@@ -17,12 +17,16 @@ mod display;
 mod doctor;
 #[cfg(feature = "gpu")]
 mod live;
+#[cfg(feature = "gpu")]
+mod path;
 mod pictures;
 pub mod prepare;
 #[cfg(feature = "gpu")]
 mod render;
 pub mod run;
 mod scene;
+#[cfg(feature = "gpu")]
+mod sequence;
 #[cfg(feature = "gpu")]
 mod stimulus;
 #[cfg(feature = "gpu")]

@@ -14,15 +14,16 @@ use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
 use crate::render::{
-    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Trace, median_of_sorted,
+    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Temporal, Trace, median_of_sorted,
 };
 use crate::scene::{self, Fallback};
 
 use super::WrongUsage;
 use super::ao::Reach;
 use super::device::{self, Size};
+use super::sequence::{self, Sequence};
 
-/// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json.
+/// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json. With --path, a sequence of them.
 #[derive(Debug, ClapArgs)]
 #[command(after_help = methods())]
 pub struct Args {
@@ -40,9 +41,17 @@ pub struct Args {
     /// Rays (or paths) a pixel.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=65536))]
     spp: Option<u32>,
-    /// Frames to time, all alike; times are medians, and the first of several only warms up.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    frames: u32,
+    /// Frames to time, all alike: times are medians, and the first of several only warms up; 1 by default. With --path, the
+    /// first frames of the path; all by default.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
+    /// Render the frames of a path of the head as numbered files: one of the scene's paths, `still`, `sway` or `cut`, or a
+    /// file of recorded head poses (SESSION.poses.jsonl).
+    #[arg(long)]
+    path: Option<String>,
+    /// How methods that accumulate frames weigh a new frame against those before it.
+    #[arg(long, value_enum, default_value_t = Temporal::Variance)]
+    temporal: Temporal,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u32,
@@ -167,6 +176,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let settings = Settings {
         reuse: args.reuse,
         firefly: args.firefly,
+        temporal: args.temporal,
         streams: args.streams,
         fallback: args.fallback.map(Fallback::from),
         edge_fade: args.edge_fade,
@@ -178,12 +188,19 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         ao,
         ..device::settings(size, args.seed)
     };
+    if let Some(name) = &args.path {
+        let path = super::path::head_path(&scene, view, name)?;
+        let (scene, path, out) = (&scene, &path, args.out.as_path());
+        let of = Sequence { scene, view, path, frames: args.frames, method: &method, settings: &settings, out };
+        return sequence::run(&gpu, &of, console);
+    }
+    let frames = args.frames.unwrap_or(1);
     // Fail before the work, not after it.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make the folder {}", args.out.display()))?;
 
     let camera = view.stereo_camera(settings.aspect());
     let mut renderer = Renderer::new(&gpu, Arc::clone(&scene))?.keep_light_in(device::light_folder());
-    let request = Request { camera: &camera, method: &method, settings: &settings, frames: args.frames };
+    let request = Request { camera: &camera, method: &method, settings: &settings, frames };
     let mut progress = None;
     let rendered = renderer.render(&request, &mut |done, total| {
         let bar = progress.get_or_insert_with(|| console.progress("samples", u64::from(total)));
@@ -204,7 +221,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         height: settings.height,
         seed: settings.seed,
         spp: rendered.samples,
-        frames: args.frames,
+        frames,
         device: gpu.info(),
         passes: &rendered.passes,
         total_ms: rendered.passes.iter().map(|p| p.ms).sum(),

@@ -21,7 +21,7 @@ pub fn groups(passes: &[PassTime]) -> Groups {
     for pass in passes.iter().filter(|p| !shared(p)) {
         let group = match pass.name.as_str() {
             name if name.starts_with("trace") || name.starts_with("path_") => "trace",
-            name if name.starts_with("resolve") || name == "reproject" => "resolve",
+            name if name.starts_with("resolve") || ["accumulate", "reproject"].contains(&name) => "resolve",
             name => name,
         };
         let mut add = |group: &str| *sums.entry(group.to_owned()).or_default() += pass.ms;

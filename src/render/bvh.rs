@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use ash::vk;
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3, Vec3A};
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::Bvh2};
@@ -55,19 +55,19 @@ impl RayScene {
     /// [`GpuError::Lacks`] when ray queries are asked for where there are none.
     pub fn new(
         gpu: &Rc<Gpu>,
-        scene: &Scene,
+        (scene, places): (&Scene, &[DAffine3]),
         ranges: &[Range],
         head: DVec3,
         trace: Trace,
     ) -> Result<RayScene, GpuError> {
-        let triangles = world_triangles(scene, ranges, head);
+        let triangles = world_triangles(scene, places, ranges, head);
         let (way, mut triangles) = match trace {
             Trace::RayQuery => {
                 let (structure, triangles) = ray_structure::build(gpu, &triangles)?;
                 (Way::RayQuery(Box::new(structure)), triangles)
             }
             Trace::Auto if takes_ray_query(gpu, trace) => {
-                return Self::new(gpu, scene, ranges, head, Trace::RayQuery);
+                return Self::new(gpu, (scene, places), ranges, head, Trace::RayQuery);
             }
             Trace::Auto | Trace::Bvh => {
                 let (nodes, order) = build(&triangles);
@@ -184,17 +184,17 @@ pub fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[
     Image::with_content(gpu, what, desc, &[bytes])
 }
 
-fn world_triangles(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
+fn world_triangles(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
     let mut out = Vec::with_capacity(scene.triangle_count());
-    for (number, instance) in scene.instances.iter().enumerate() {
+    for (number, (instance, place)) in scene.instances.iter().zip(places).enumerate() {
         let p = &scene.primitives[instance.primitive];
-        let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+        let mirrored = place.matrix3.determinant() < 0.0;
         let material = &scene.materials[p.material];
         let flags = if material.double_sided { DOUBLE_SIDED } else { 0 }
             | if matches!(material.alpha, Alpha::Mask { .. }) { MASKED } else { 0 }
             | if material.transmission > 0.0 { TRANSMITS } else { 0 };
         let at = |i: u32| -> Vec3 {
-            let world = instance.world_from_object.transform_point3(p.positions[i as usize].as_dvec3());
+            let world = place.transform_point3(p.positions[i as usize].as_dvec3());
             (world - head).as_vec3()
         };
         for (k, corner) in p.indices.chunks_exact(3).enumerate() {

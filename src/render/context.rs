@@ -1,9 +1,10 @@
 //! What every pass of a frame reads: the uniforms, the lights, the instances, the counters, the shared samplers.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use ash::vk;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
 use crate::scene::{Eye, Fallback, Scene, StereoCamera};
@@ -21,6 +22,7 @@ pub struct Context {
     bounds: [DVec3; 2],
     guard: [u32; 2],
     pub frame: Buffer,
+    uniform: Cell<FrameUniform>,
     pub lights: Buffer,
     pub instances: Buffer,
     pub counters: Buffer,
@@ -45,15 +47,26 @@ impl Context {
         let bounds = bounds(scene, head);
         let words = |n: usize| n as u64 * 4;
         let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
-        frame.write(bytemuck::bytes_of(&frame_uniform(scene, camera, settings, guard, (head, bounds))));
-        let instances = upload::instances(scene, &resources.ranges, head);
+        let uniform = frame_uniform(scene, camera, settings, guard, (head, bounds));
+        frame.write(bytemuck::bytes_of(&uniform));
+        let places = scene.places();
+        let instances = upload::instances(scene, &places, &resources.ranges, head);
+        let instances = match scene.motions.is_empty() {
+            true => Buffer::with_content(gpu, "instances", &instances)?,
+            false => {
+                let buffer = Buffer::upload(gpu, "instances", size_of_val(instances.as_slice()) as u64)?;
+                buffer.write(bytemuck::cast_slice(&instances));
+                buffer
+            }
+        };
         Ok(Context {
             head,
             bounds,
             guard,
             frame,
+            uniform: Cell::new(uniform),
             lights: Buffer::with_content(gpu, "lights", &upload::lights(scene, head))?,
-            instances: Buffer::with_content(gpu, "instances", &instances)?,
+            instances,
             counters: Buffer::device(gpu, "counters", words(size_of::<CountersData>() / 4))?,
             brdf_table,
             baked,
@@ -66,6 +79,18 @@ impl Context {
     pub fn update(&self, camera: &StereoCamera, settings: &Settings, scene: &Scene) {
         let uniform = frame_uniform(scene, camera, settings, self.guard, (self.head, self.bounds));
         self.frame.write(bytemuck::bytes_of(&uniform));
+        self.uniform.set(uniform);
+    }
+
+    /// Places the instances of a scene in which something moves. Between frames only.
+    pub fn place(&self, scene: &Scene, places: &[DAffine3], resources: &SceneResources) {
+        let instances = upload::instances(scene, places, &resources.ranges, self.head);
+        self.instances.write(bytemuck::cast_slice(&instances));
+    }
+
+    /// What the device has of the frame.
+    pub fn uniform(&self) -> FrameUniform {
+        self.uniform.get()
     }
 }
 

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::Scene;
@@ -18,6 +18,8 @@ pub struct LazyRays {
     gpu: Rc<Gpu>,
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
+    /// Where the instances stand.
+    places: RefCell<Vec<DAffine3>>,
     built: RefCell<Option<Rc<RayScene>>>,
 }
 
@@ -25,7 +27,16 @@ impl LazyRays {
     /// Nothing is built yet.
     pub fn new(gpu: &Rc<Gpu>, scene: &Arc<Scene>, resources: &Rc<SceneResources>) -> LazyRays {
         let (gpu, scene, resources) = (Rc::clone(gpu), Arc::clone(scene), Rc::clone(resources));
-        LazyRays { gpu, scene, resources, built: RefCell::new(None) }
+        let places = RefCell::new(scene.places());
+        LazyRays { gpu, scene, resources, places, built: RefCell::new(None) }
+    }
+
+    /// The instances stand elsewhere: what was built no longer fits.
+    pub fn place(&self, places: &[DAffine3]) {
+        if *self.places.borrow() != places {
+            *self.places.borrow_mut() = places.to_vec();
+            *self.built.borrow_mut() = None;
+        }
     }
 
     /// The geometry relative to `head`: what was built last, if it fits, else built now.
@@ -36,7 +47,9 @@ impl LazyRays {
         if let Some(built) = self.built.borrow().as_ref().filter(|r| r.head == head && r.answers(&self.gpu, trace)) {
             return Ok(Rc::clone(built));
         }
-        let rays = Rc::new(RayScene::new(&self.gpu, &self.scene, &self.resources.ranges, head, trace)?);
+        let scene = (&*self.scene, self.places.borrow());
+        let rays = RayScene::new(&self.gpu, (scene.0, &scene.1), &self.resources.ranges, head, trace)?;
+        let rays = Rc::new(rays);
         if rays.halvings > 0 {
             tracing::warn!("the textures that rays hit were halved {} times to fit the device", rays.halvings);
         }

@@ -55,6 +55,38 @@ pub enum Blend {
     Fixed,
 }
 
+/// How a new frame is weighed against the frames before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Temporal {
+    /// By squared bias and both variances, pixel by pixel (seed 003, equation 4).
+    #[default]
+    Variance,
+    /// A tenth of each new frame.
+    Constant,
+    /// A tenth of each new frame, and the history is clamped to what the pixel's neighbourhood shows (Salvi 2016).
+    Clamp,
+}
+
+/// Where the reflection of a pixel is looked for in the last frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HistorySource {
+    /// At both places below; the one that agrees better is taken.
+    Better,
+    /// Where the surface was.
+    Surface,
+    /// Where the last frame's eye saw the virtual image of what is reflected (seed 002).
+    Image,
+}
+
+/// Accumulation of reflections over frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Accumulation {
+    /// `None`: as the settings say.
+    pub weights: Option<Temporal>,
+    pub source: HistorySource,
+}
+
 /// How reflection rays are answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
@@ -103,6 +135,8 @@ pub struct Parts {
     pub stereo_fade: bool,
     /// Samples are shared between the eyes (paper §4.3).
     pub reprojection: Option<Reprojection>,
+    /// What the frames before knew is used.
+    pub accumulation: Option<Accumulation>,
     /// Only the left eye traces; the right one has what is reprojected.
     pub one_eye: bool,
     /// The reference's rays go through the screen-space methods' filter.
@@ -134,6 +168,7 @@ const SSSR: Parts = Parts {
     traversal: Traversal::OwnEye,
     stereo_fade: false,
     reprojection: None,
+    accumulation: None,
     one_eye: false,
     resolved: false,
     guard_band: 0,
@@ -160,6 +195,8 @@ const STEREO: Parts = Parts {
     reprojection: Some(OURS),
     ..SSSR
 };
+
+const OVER_TIME: Accumulation = Accumulation { weights: None, source: HistorySource::Better };
 
 /// The reference; also the tracer of its real-time relative.
 const PATH_TRACED: Parts = Parts {
@@ -259,6 +296,49 @@ const METHODS: &[Parts] = &[
         about: "each eye for itself, then stereo work only where the eyes may differ visibly; stereo-adaptive-5: by 5 %",
         traversal: Traversal::OwnEye,
         knob: Some(Knob::Weber),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-temporal",
+        about: "the baseline, accumulated over frames",
+        accumulation: Some(OVER_TIME),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-temporal",
+        about: "stereo, each eye accumulated over frames before the eyes are blended",
+        accumulation: Some(OVER_TIME),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-hybrid-temporal",
+        about: "stereo-hybrid, accumulated likewise; stereo-hybrid-temporal-25 lets 25 % of the lost rays ask",
+        accumulation: Some(OVER_TIME),
+        knob: Some(Knob::LostRays),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-surface",
+        about: "stereo-temporal whose history follows the surfaces alone",
+        accumulation: Some(Accumulation { source: HistorySource::Surface, ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-image",
+        about: "stereo-temporal whose history follows the virtual images alone",
+        accumulation: Some(Accumulation { source: HistorySource::Image, ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-constant",
+        about: "stereo-temporal that takes a tenth of each new frame, whatever --temporal says",
+        accumulation: Some(Accumulation { weights: Some(Temporal::Constant), ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-clamp",
+        about: "the same with the history clamped to the neighbourhood",
+        accumulation: Some(Accumulation { weights: Some(Temporal::Clamp), ..OVER_TIME }),
         ..STEREO
     },
     Parts {

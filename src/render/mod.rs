@@ -2,6 +2,7 @@
 //!
 //! A frame asks the scene, the view and the method what they need ([`needs`]) and leaves the rest out.
 
+mod accumulate;
 pub mod ao;
 mod baked;
 mod brdf_table;
@@ -14,6 +15,7 @@ mod fine;
 mod framing;
 mod gbuffer;
 pub mod geometry;
+mod history;
 pub mod hits;
 mod identity;
 mod indirect;
@@ -44,7 +46,7 @@ pub use ao::{Ao, AoSettings};
 pub use bvh::fast_ray_queries;
 pub use geometry::Geometry;
 pub use identity::identity;
-pub use method::{Method, Reuse};
+pub use method::{Method, Reuse, Temporal};
 pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
 pub use settings::{Firefly, Settings, Streams, Trace};

@@ -48,6 +48,12 @@ pub struct Needs {
     pub geometry: bool,
     /// The filter keeps the variance of what it finds.
     pub moments: bool,
+    /// What an eye's filter knows is kept apart from what it makes of it: for the other eye or the frames to come.
+    pub pairs: bool,
+    /// What the frames before knew is used.
+    pub accumulate: bool,
+    /// Something moves by itself, and the last frame is asked where it was.
+    pub motion: bool,
     /// The eyes are blended by it.
     pub blend_by_variance: bool,
     /// How the visibility of the surroundings is found.
@@ -125,7 +131,14 @@ impl Needs {
                 parts.never(name, "the method's rays take the other way to the picture");
             }
         }
-        parts.never("motion", "a still: nothing reads it");
+        let accumulation = method.accumulation.filter(|_| resolve);
+        let motion = accumulation.is_some() && !scene.motions.is_empty();
+        let motion = match accumulation {
+            Some(_) => {
+                parts.needed("motion", motion, "something moves by itself", "nothing in the scene moves by itself")
+            }
+            None => parts.never("motion", "the method looks back to no frame"),
+        };
         if method.traversal == Traversal::TwoStages {
             parts.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
         } else {
@@ -139,9 +152,9 @@ impl Needs {
             parts.never("trace_geometry", "what the views lose is not looked for in the geometry");
         }
         let by_variance = method.reprojection.is_some_and(|r| r.blend == Blend::Variance) && reuse == Reuse::Balance;
-        let moments = by_variance || weber.is_some();
+        let moments = by_variance || weber.is_some() || accumulation.is_some();
         if moments {
-            let why = "the eyes are compared by the variance of what each knows";
+            let why = "eyes or frames are compared by the variance of what each knows";
             parts.add("moments", rays, why, "no surface traces a ray");
         } else {
             parts.never("moments", "nothing asks for the variance of what an eye knows");
@@ -154,7 +167,11 @@ impl Needs {
         } else {
             parts.never("reproject", "the method resolves each eye for itself");
         }
-        parts.never("accumulate", "a still of one frame");
+        if accumulation.is_some() {
+            parts.add("accumulate", rays, "the frames before knew of the same reflection", "no surface traces a ray");
+        } else {
+            parts.never("accumulate", "the method takes each frame for itself");
+        }
         if settings.antialias > 1 {
             let side = settings.antialias;
             parts.add("antialias", true, &format!("surfaces are drawn with {side}×{side} samples a pixel"), "");
@@ -178,6 +195,9 @@ impl Needs {
             path_trace: !screen && rays,
             geometry: geometry && rays,
             moments: moments && rays,
+            pairs: (method.reprojection.is_some() || accumulation.is_some()) && rays,
+            accumulate: accumulation.is_some() && rays,
+            motion: motion && rays,
             blend_by_variance: by_variance && rays,
             ao: settings.ao.method,
             parts,
@@ -195,6 +215,8 @@ impl Needs {
             resolve: false,
             path_trace: false,
             geometry: false,
+            pairs: false,
+            accumulate: false,
             ..self.clone()
         }
     }

@@ -85,7 +85,7 @@ pub struct Request<'a> {
     pub camera: &'a StereoCamera,
     pub method: &'a Method,
     pub settings: &'a Settings,
-    /// Frames to time; the first of several only warms up.
+    /// Frames to time; the first of several only warms up. A method that accumulates frames takes [`SETTLING`] at the least.
     pub frames: u32,
 }
 
@@ -249,10 +249,15 @@ impl Renderer {
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
     ) -> Result<Rendered, RenderError> {
         let &Request { camera, method, settings, frames } = request;
-        let prepared = self.prepare(camera, method, settings)?;
+        let mut prepared = self.prepare(camera, method, settings)?;
+        let is_accumulated = prepared.needs().accumulate;
         let (mut times, mut frame_ms, mut counters) = (Vec::new(), Vec::new(), Counts::default());
         let warm_up = u32::from(frames > 1);
-        for number in 0..frames.max(1) + warm_up {
+        let count = if is_accumulated { frames.max(SETTLING) } else { frames.max(1) };
+        for number in 0..count + warm_up {
+            if is_accumulated {
+                prepared.set_seed(settings.seed, settings.frame.wrapping_add(number));
+            }
             let report = prepared.frame(progress)?;
             counters = report.counters;
             if number >= warm_up {
@@ -282,6 +287,10 @@ impl Renderer {
         Ok(rendered)
     }
 }
+
+/// Frames that a still by a method with accumulation takes at the least: it shows the view as it is after standing still
+/// for them.
+pub const SETTLING: u32 = 16;
 
 /// One number a pixel as a picture.
 fn grey(eyes: [Vec<f32>; 2], settings: &Settings) -> StereoPicture {

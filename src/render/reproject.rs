@@ -5,6 +5,7 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
+use super::history::History;
 use super::method::{Method, Reprojection};
 use super::needs::Needs;
 use super::shaders;
@@ -33,7 +34,8 @@ impl ReprojectPass {
         Ok(ReprojectPass { select, pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
     }
 
-    /// `fallback` is what unknown rays see, where the settings want more than black.
+    /// `fallback` is what unknown rays see, where the settings want more than black; with a history its frames stand for
+    /// this one.
     ///
     /// # Errors
     /// What the device said.
@@ -43,7 +45,7 @@ impl ReprojectPass {
         resources: &SceneResources,
         fallback: &EnvironmentMaps,
         context: &Context,
-        targets: &Targets,
+        (targets, history): (&Targets, Option<&History>),
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
         let Some(pairs) = &out.pairs else { return Ok(()) };
@@ -62,6 +64,10 @@ impl ReprojectPass {
             }
             _ => list,
         };
+        let (known, standing) = match history {
+            Some(history) => (&history.new_set().known, &history.new_set().standing),
+            None => (&pairs.known, &pairs.standing),
+        };
         let maps = &resources.environment;
         frame
             .compute(&self.pass)
@@ -71,8 +77,8 @@ impl ReprojectPass {
             .write_buffer(&context.counters)
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.guide, &context.nearest)
-            .sampled(&pairs.known, &context.nearest)
-            .sampled(&pairs.standing, &context.nearest)
+            .sampled(known, &context.nearest)
+            .sampled(standing, &context.nearest)
             .sampled(&maps.radiance, &maps.sampler)
             .sampled(&maps.irradiance, &maps.sampler)
             .sampled(&fallback.specular, &fallback.sampler)

@@ -43,7 +43,7 @@ impl ResolvePass {
         let specialization = [
             radius_squared,
             u32::from(method.samples() > 1),
-            u32::from(parts.reprojection.is_some()),
+            u32::from(needs.pairs),
             u32::from(parts.one_eye),
             u32::from(parts.resolved),
             u32::from(settings.reuse(method) == Reuse::Balance),

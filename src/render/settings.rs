@@ -3,7 +3,7 @@
 use crate::scene::{Fallback, Scene};
 
 use super::ao::AoSettings;
-use super::method::{Method, Reuse};
+use super::method::{Method, Reuse, Temporal};
 
 /// The random streams of the eyes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
@@ -54,6 +54,10 @@ pub struct Settings {
     pub streams: Streams,
     /// How taps are weighted, unless the method says it itself.
     pub reuse: Reuse,
+    /// How a new frame is weighed against the frames before it, unless the method says it itself; left out of what is
+    /// written where it is the default.
+    #[serde(skip_serializing_if = "is_default")]
+    pub temporal: Temporal,
     /// `None`: `BoundedShare` with [`Reuse::Balance`], nothing with [`Reuse::Ratio`].
     pub firefly: Option<Firefly>,
     /// Overrides the scene's.
@@ -93,6 +97,7 @@ impl Default for Settings {
             frame: 0,
             streams: Streams::Independent,
             reuse: Reuse::Balance,
+            temporal: Temporal::Variance,
             firefly: None,
             fallback: None,
             ray_roughness_limit: 0.8,
@@ -122,6 +127,11 @@ impl Settings {
         method.parts().reuse.unwrap_or(self.reuse)
     }
 
+    /// How a method's frames are accumulated; `None`: each stands for itself.
+    pub fn temporal(&self, method: &Method) -> Option<Temporal> {
+        method.parts().accumulation.map(|a| a.weights.unwrap_or(self.temporal))
+    }
+
     /// What is done with a method's bright taps.
     pub fn firefly(&self, method: &Method) -> Firefly {
         self.firefly.unwrap_or(match self.reuse(method) {
@@ -134,6 +144,10 @@ impl Settings {
     pub fn aspect(&self) -> f64 {
         f64::from(self.width) / f64::from(self.height)
     }
+}
+
+fn is_default(temporal: &Temporal) -> bool {
+    *temporal == Temporal::default()
 }
 
 #[cfg(test)]

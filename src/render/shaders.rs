@@ -7,7 +7,8 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 9] = [
+const OF_VIEWS: [&str; 10] = [
+    "accumulate.comp",
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",

@@ -59,7 +59,7 @@ pub struct Marched {
     pub lost: RayList,
 }
 
-/// What an eye's filter knows, for the other eye.
+/// What an eye's filter knows, for the other eye or the frames to come.
 pub struct Pairs {
     /// The known share of the light, and how much is known.
     pub known: Image,
@@ -161,9 +161,9 @@ impl Targets {
             true => Some(Filtered {
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
                 ray_radiance: (parts.resolved || needs.geometry).then(|| stereo("ray radiance", rgba16)).transpose()?,
-                pairs: match parts.reprojection {
-                    None => None,
-                    Some(_) => Some(Pairs {
+                pairs: match needs.pairs {
+                    false => None,
+                    true => Some(Pairs {
                         known: stereo("known light", rgba16)?,
                         standing: stereo("standing", rgba32)?,
                         visible: method.weber_share().map(|_| RayList::new(gpu, texels)).transpose()?,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use ash::vk;
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::gpu::{Buffer, Dispatch, Filter, Gpu, GpuError, Image, ImageDesc, MaterialSets, Sampler};
 use crate::scene::{Alpha, Environment, Equirect, LightSource, Material, Scene, Texture, TextureRef, Wrap};
@@ -230,7 +230,7 @@ fn upload_equirect(gpu: &Rc<Gpu>, what: &str, map: &Equirect) -> Result<Image, G
 }
 
 /// Instances relative to `head`, subtracted in f64.
-pub fn instances(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<InstanceData> {
+pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<InstanceData> {
     let row = |m: &DMat3, t: DVec3, i: usize| {
         let r = m.row(i);
         [r.x as f32, r.y as f32, r.z as f32, t[i] as f32]
@@ -238,9 +238,10 @@ pub fn instances(scene: &Scene, ranges: &[Range], head: DVec3) -> Vec<InstanceDa
     scene
         .instances
         .iter()
-        .map(|instance| {
-            let m = instance.world_from_object.matrix3;
-            let t = instance.world_from_object.translation - head;
+        .zip(places)
+        .map(|(instance, place)| {
+            let m = place.matrix3;
+            let t = place.translation - head;
             // Scaled to unit length: a scene in millimetres would overflow the inverse.
             let n = m.inverse().transpose();
             let largest = n.to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()));

@@ -20,6 +20,9 @@ pub struct Manifest {
     /// Viewpoints; the first is the default. A glTF's own cameras follow them.
     #[serde(default)]
     pub views: Vec<ViewSpec>,
+    /// Ways of the head through the scene, for sequences. Every scene also has `still`, `sway` and `cut`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paths: Vec<HeadPathSpec>,
     /// Lights beside those of the glTF.
     #[serde(default)]
     pub lights: Vec<LightSpec>,
@@ -88,6 +91,40 @@ pub struct ViewSpec {
     /// Distance of the near plane.
     #[serde(default = "default_near")]
     pub near_m: f64,
+}
+
+/// A way of the head: a smooth curve through its keys, seen with the field of view and eyes of a viewpoint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeadPathSpec {
+    pub name: String,
+    /// Frames a second at which it is meant to be seen, above 0 to 1000.
+    #[serde(default = "default_rate")]
+    pub rate_hz: f64,
+    /// At least two, in order of time.
+    pub keys: Vec<HeadKeySpec>,
+}
+
+fn default_rate() -> f64 {
+    super::head_path::DEFAULT_RATE_HZ
+}
+
+/// A moment of a path; give `target` or `orientation`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeadKeySpec {
+    pub time_s: f64,
+    /// Of the point half-way between the eyes.
+    pub position: [f64; 3],
+    /// A point to look at, the head upright.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<[f64; 3]>,
+    /// World from view as a quaternion x, y, z, w; the view looks down its −Z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// The head jumps here from the key before.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cut: bool,
 }
 
 fn default_fov() -> f64 {

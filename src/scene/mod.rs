@@ -8,6 +8,7 @@ pub mod builtin;
 pub mod camera;
 pub mod environment;
 mod error;
+pub mod head_path;
 mod load;
 pub mod manifest;
 pub mod motion;
@@ -19,6 +20,7 @@ use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 pub use camera::{Eye, EyeCamera, Fov, StereoCamera, View};
 pub use error::SceneError;
+pub use head_path::{HeadKey, HeadPath, HeadPathError, UnknownPath};
 pub use load::{ExtensionUse, Treatment, load, load_bytes, load_with_detail};
 pub use motion::Motion;
 
@@ -37,6 +39,8 @@ pub struct Scene {
     pub environment: Environment,
     /// At least one; the first is the default.
     pub views: Vec<View>,
+    /// Ways of the head that the manifest names.
+    pub paths: Vec<HeadPath>,
     /// What a reflection ray without an answer sees.
     pub fallback: Fallback,
     /// Linear factor before the tone map (1 = as it is).

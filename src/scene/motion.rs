@@ -45,6 +45,25 @@ impl Path {
 }
 
 impl Scene {
+    /// Where each instance stands, in the order of [`Scene::instances`].
+    pub fn places(&self) -> Vec<DAffine3> {
+        self.instances.iter().map(|i| i.world_from_object).collect()
+    }
+
+    /// Where each instance stands at `time_s`, in the order of [`Scene::instances`].
+    pub fn places_at(&self, time_s: f64) -> Vec<DAffine3> {
+        let mut places = self.places();
+        for motion in &self.motions {
+            let now = motion.path.at(time_s);
+            for (index, rest) in motion.instances.iter().zip(&motion.rest) {
+                if let Some(place) = places.get_mut(*index) {
+                    *place = now * *rest;
+                }
+            }
+        }
+        places
+    }
+
     /// Places everything that moves at `time_s`, and its previous place `frame_s` earlier.
     pub fn set_time(&mut self, time_s: f64, frame_s: f64) {
         for motion in &self.motions {

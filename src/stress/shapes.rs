@@ -125,6 +125,7 @@ pub fn scene(parts: Vec<(Primitive, Material, DAffine3)>, radiance: f32, view: V
         exposure: 1.0,
         open_mesh_thickness_m: 0.1,
         motions: Vec::new(),
+        paths: Vec::new(),
         content_sha256: String::new(),
         extensions: Vec::new(),
         repairs: Vec::new(),

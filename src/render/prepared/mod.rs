@@ -11,10 +11,13 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::DAffine3;
+
 use crate::console::Interrupted;
 use crate::gpu::{Gpu, GpuError, PassTime};
 use crate::scene::{Scene, StereoCamera};
 
+use super::accumulate::AccumulatePass;
 use super::ao::{Ao, AoPass};
 use super::bvh::RayScene;
 use super::classify::ClassifyPass;
@@ -24,6 +27,7 @@ use super::depth_pyramid::DepthPyramidPass;
 use super::fine::Fine;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
+use super::history::History;
 use super::indirect::IndirectPass;
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
@@ -54,6 +58,7 @@ struct Passes {
     march: Option<(DepthPyramidPass, TracePass)>,
     path_rays: Option<PathRaysPass>,
     resolve: Option<ResolvePass>,
+    accumulate: Option<AccumulatePass>,
     reproject: Option<ReprojectPass>,
     path_trace: Option<PathTracePass>,
     composite: CompositePass,
@@ -90,6 +95,13 @@ impl Passes {
             },
             path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
             resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,
+            accumulate: match (method.parts().accumulation, settings.temporal(method)) {
+                (Some(how), Some(weights)) if needs.accumulate => {
+                    let finish = method.parts().reprojection.is_none();
+                    Some(AccumulatePass::new(gpu, needs, (how, weights), finish)?)
+                }
+                _ => None,
+            },
             reproject: match method.parts().reprojection {
                 Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, needs, (how, method))?),
                 _ => None,
@@ -113,12 +125,16 @@ pub struct Prepared {
     /// What unknown rays see, where that is not the scene's environment.
     probe: Option<Rc<EnvironmentMaps>>,
     needs: Needs,
+    /// Where the instances stand.
+    places: Vec<DAffine3>,
     framing: Framing,
     method: Method,
     settings: Settings,
     camera: StereoCamera,
     context: Context,
     targets: Targets,
+    /// Where frames are accumulated.
+    history: Option<History>,
     /// With antialiasing.
     fine: Option<Fine>,
     passes: Passes,
@@ -158,7 +174,10 @@ impl Prepared {
         let shown = (settings.width, settings.height);
         let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
         let drawn = framing.settings(settings);
+        let size = (drawn.width, drawn.height);
+        let history = needs.accumulate.then(|| History::new(&gpu, size, scene.instances.len())).transpose()?;
         let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
+        let places = scene.places();
         let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
@@ -170,12 +189,14 @@ impl Prepared {
             trace_geometry: OnceCell::new(),
             probe,
             needs,
+            places,
             framing,
             method,
             settings,
             camera,
             context,
             targets,
+            history,
             fine,
             passes,
             lit: Cell::new(false),
@@ -221,6 +242,35 @@ impl Prepared {
         self.camera = *camera;
         self.lit.set(false);
         self.update();
+    }
+
+    /// Places everything that moves by itself at `time_s`. What was gathered once a scene, baked light and the probe, stays
+    /// as it was at time 0.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn set_time(&mut self, time_s: f64) -> Result<(), GpuError> {
+        if self.scene.motions.is_empty() {
+            return Ok(());
+        }
+        self.places = self.scene.places_at(time_s);
+        self.lazy_rays.place(&self.places);
+        for context in std::iter::once(&self.context).chain(self.fine.iter().map(|f| &f.context)) {
+            context.place(&self.scene, &self.places, &self.resources);
+        }
+        if self.rays.is_some() {
+            self.rays = Some(self.lazy_rays.obtain(self.context.head, self.settings.trace)?);
+        }
+        self.trace_geometry = OnceCell::new();
+        self.lit.set(false);
+        Ok(())
+    }
+
+    /// The next frame knows nothing of those before it: after a cut.
+    pub fn forget(&self) {
+        if let Some(history) = &self.history {
+            history.forget();
+        }
     }
 
     fn update(&self) {

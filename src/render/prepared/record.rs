@@ -85,8 +85,12 @@ impl Prepared {
                     resolve.record(&mut frame, resources, fallback, context, targets, (sample, samples))?;
                 }
             }
+            if let (Some(pass), Some(history)) = (&passes.accumulate, &self.history) {
+                history.begin(&self.places, context.head);
+                pass.record(&mut frame, resources, fallback, context, (targets, history))?;
+            }
             if let Some(reproject) = &passes.reproject {
-                reproject.record(&mut frame, resources, fallback, context, targets)?;
+                reproject.record(&mut frame, resources, fallback, context, (targets, self.history.as_ref()))?;
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
@@ -112,6 +116,9 @@ impl Prepared {
         self.count(&mut counts)?;
         // Only now: a frame that was broken off may have lit nothing.
         self.lit.set(true);
+        if let Some(history) = &self.history {
+            history.end(context.uniform(), self.places.clone());
+        }
         Ok((times, counts))
     }
 

@@ -10,9 +10,11 @@ use super::framing;
 use super::lights;
 use crate::scene::environment::sky;
 use crate::scene::error::{Reason, SceneError};
-use crate::scene::manifest::{EnvironmentSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec};
+use crate::scene::manifest::{
+    EnvironmentSpec, HeadKeySpec, HeadPathSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec,
+};
 use crate::scene::motion::{FRAME_S, Motion, Path};
-use crate::scene::{Environment, Equirect, Fallback, Scene, View};
+use crate::scene::{Environment, Equirect, Fallback, HeadKey, HeadPath, Scene, View};
 
 /// Open meshes' thickness over the distance of the nearest content: two pixels of a 1080-line image.
 const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
@@ -81,6 +83,12 @@ pub fn with_manifest(
         scene.views = views;
         scene.views.extend(fresh);
     }
+    for spec in &manifest.paths {
+        if scene.paths.iter().any(|p| p.name == spec.name) {
+            return Err(format!("path `{}` is there twice", spec.name));
+        }
+        scene.paths.push(head_path(spec).map_err(|reason| format!("path `{}`: {reason}", spec.name))?);
+    }
     scene.fallback = manifest.fallback;
     scene.exposure = exposure;
     if let Some(thickness) = manifest.open_mesh_thickness_m {
@@ -120,6 +128,7 @@ fn scene(name: String, document: Document, environment: Environment, reader: Rea
         lights: document.lights,
         environment,
         views,
+        paths: Vec::new(),
         fallback: Fallback::default(),
         exposure: 1.0,
         open_mesh_thickness_m: (nearest * THICKNESS_OVER_NEAREST) as f32,
@@ -142,17 +151,7 @@ fn view(spec: &ViewSpec) -> Result<View, Reason> {
     if spec.near_m <= 0.0 {
         return Err(format!("near_m is {}; it must be above 0", spec.near_m));
     }
-    let world_from_view = match (spec.target, spec.orientation) {
-        (Some(target), None) => look_at(position, DVec3::from_array(target))?,
-        (None, Some(q)) => {
-            let q = DQuat::from_array(q);
-            if !(q.is_finite() && q.length_squared() > 1e-12) {
-                return Err("orientation is not a quaternion".to_owned());
-            }
-            q.normalize()
-        }
-        _ => return Err("give `target` or `orientation`, one of the two".to_owned()),
-    };
+    let world_from_view = direction(position, spec.target, spec.orientation)?;
     Ok(View {
         name: spec.name.clone(),
         position,
@@ -162,6 +161,32 @@ fn view(spec: &ViewSpec) -> Result<View, Reason> {
         cant_rad: spec.cant_deg.to_radians(),
         near_m: spec.near_m,
     })
+}
+
+/// World from view, from the one of both that is given.
+fn direction(position: DVec3, target: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<DQuat, Reason> {
+    match (target, orientation) {
+        (Some(target), None) => look_at(position, DVec3::from_array(target)),
+        (None, Some(q)) => {
+            let q = DQuat::from_array(q);
+            if !(q.is_finite() && q.length_squared() > 1e-12) {
+                return Err("orientation is not a quaternion".to_owned());
+            }
+            Ok(q.normalize())
+        }
+        _ => Err("give `target` or `orientation`, one of the two".to_owned()),
+    }
+}
+
+fn head_path(spec: &HeadPathSpec) -> Result<HeadPath, Reason> {
+    let key = |(i, key): (usize, &HeadKeySpec)| {
+        let position = DVec3::from_array(key.position);
+        let direction = direction(position, key.target, key.orientation);
+        let world_from_view = direction.map_err(|reason| format!("key {}: {reason}", i + 1))?;
+        Ok(HeadKey { time_s: key.time_s, position, world_from_view, cut: key.cut })
+    };
+    let keys = spec.keys.iter().enumerate().map(key).collect::<Result<Vec<_>, Reason>>()?;
+    HeadPath::new(&spec.name, spec.rate_hz, keys).map_err(|e| e.to_string())
 }
 
 /// World from view, looking from `from` at `to` with the head upright.

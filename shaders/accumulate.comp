@@ -1,0 +1,332 @@
+#version 460
+// In: what each eye's filter knows of a pixel's reflection in this frame, and what the frames before knew of it. Out: both
+// together, for the frames to come and for reproject.comp; with FINISH the outgoing reflection.
+// Where the reflection was is asked twice (seed 002): at the place of the surface in the last frame, and where the last
+// frame's eye saw the virtual image of what is reflected in that surface. The history that agrees better is taken.
+// The weight of this frame against the history follows from bias and variances (seed 003, equation 4: Philippi et al.
+// 2023); the history carries its effective number of frames (equation 5), so that a still view converges as their mean.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shared.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+// 0: by bias and variance; 1: a tenth of each new frame; 2: likewise, and the history is clamped to the neighbourhood.
+layout(constant_id = 0) const uint WEIGHTS = 0u;
+// 0: the better one of both; 1: the surface's motion alone; 2: the virtual image's alone.
+layout(constant_id = 1) const uint SOURCE = 0u;
+// 1: something in the scene moves by itself.
+layout(constant_id = 2) const uint MOVES = 0u;
+// 1: no reuse between the eyes follows.
+layout(constant_id = 3) const uint FINISH = 0u;
+
+layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
+layout(binding = 1, std140) uniform LastFrames { FrameUniform last; };
+layout(binding = 2, std430) buffer Counters { CountersData counters; };
+layout(binding = 3) uniform usampler2DArray surface_image;
+layout(binding = 4) uniform usampler2DArray guide_image;
+// As resolve.comp writes them for pairs: C·L and C; Σ w, nearness, variance of L.
+layout(binding = 5) uniform sampler2DArray known_image;
+layout(binding = 6) uniform sampler2DArray standing_image;
+// The history: the guide of its frame; C·L and C; Σ w, nearness, variance of L, effective number of frames; variance of L
+// of a single frame, and how far the last frames lay above the history (a running mean).
+layout(binding = 7) uniform usampler2DArray last_guide_image;
+layout(binding = 8) uniform sampler2DArray last_known_image;
+layout(binding = 9) uniform sampler2DArray last_standing_image;
+layout(binding = 10) uniform sampler2DArray last_trend_image;
+layout(binding = 11, rgba32ui) writeonly uniform uimage2DArray new_guide_image;
+layout(binding = 12, rgba32f) writeonly uniform image2DArray new_known_image;
+layout(binding = 13, rgba32f) writeonly uniform image2DArray new_standing_image;
+layout(binding = 14, rg32f) writeonly uniform image2DArray new_trend_image;
+// With FINISH.
+layout(binding = 15) uniform sampler2D environment_map;
+layout(binding = 16) uniform sampler2D irradiance_map;
+layout(binding = 17) uniform sampler2D specular_map;
+layout(binding = 18) uniform sampler2D brdf_table;
+layout(binding = 19, std430) readonly buffer Lights { LightData lights[]; };
+layout(binding = 20, rgba16f) writeonly uniform image2DArray reflection_image;
+// With MOVES: rows that take a point of an instance from where it is to where it was, three an instance; and what tells
+// which instance a pixel reflects.
+layout(binding = 21, std430) readonly buffer Motions { vec4 motions[]; };
+layout(binding = 22) uniform usampler2DArray hit_image;
+layout(binding = 23) uniform usampler2DArray instance_image;
+// 0: there is no last frame.
+layout(push_constant) uniform Constants { uint has_history; };
+
+#include "common/hit.glsl"
+#include "common/reflect.glsl"
+#include "common/shade.glsl"
+#include "common/outgoing.glsl"
+#include "common/store.glsl"
+
+// Share of a new frame with constant weights (seed 003, §1).
+const float CONSTANT_SHARE = 0.1;
+// The history's clamp: so many standard deviations about the neighbourhood's mean.
+const float CLAMP_DEVIATIONS = 1.25;
+// What a frame adds to the running mean of differences, and the variance of that mean over the difference's own.
+const float TREND_RATE = 0.25;
+const float TREND_VARIANCE = TREND_RATE / (2.0 - TREND_RATE);
+// A running mean beyond so many of its standard deviations is bias.
+const float TREND_DEVIATIONS = 4.0;
+// A difference enters the running mean cut at so many standard deviations, so that no single outlier is taken for bias.
+const float OUTLIER = 3.0;
+// And the noise that is learned cut at so many, so that a change of the scene does not pass for noise.
+const float LEARNED_OUTLIER = 6.0;
+// A history so many standard deviations beyond all of the neighbourhood is biased at once, if it is too bright: the noise
+// of reflections has bright outliers and no dark ones. If it is too dark, the frame before must have been bright, too: by
+// so many standard deviations in the running mean.
+const float OUTSIDE_DEVIATIONS = 2.0;
+const float WAS_BRIGHT = 0.5;
+// The variance of a single frame is learned over this many frames; the filter's own estimate counts as three of them.
+const float MOST_LEARNED = 32.0;
+const float PRIOR_FRAMES = 3.0;
+// A moving history is blurred a little by every fetch, so it may not grow older than this.
+const float MOST_MOVING_FRAMES = 32.0;
+
+struct History {
+    vec4 light;      // C·L, C
+    vec4 standing;   // Σ w, nearness, variance, frames
+    vec2 trend;      // variance of a frame, running mean of differences
+    float shown;     // share of the taps that show the same surface; 0: no history
+    vec2 pixel;
+};
+
+const History NO_HISTORY = History(vec4(0.0), vec4(0.0), vec2(0.0), 0.0, vec2(0.0));
+
+// What the neighbourhood of 3×3 pixels shows of the same surface in this frame.
+struct Neighbourhood {
+    vec3 mean;       // of C·L
+    vec3 deviation;
+    float least;     // of the luminance of L
+    float most;
+    float average;
+    float variance;
+};
+
+float known_luminance(vec4 light) { return light.a > 0.0 ? luminance(light.rgb) / light.a : 0.0; }
+
+// Where a point of an instance (id + 1; 0: none) was in the last frame; w: 1 for a point, 0 for a direction.
+vec3 moved(uint instance, vec4 at) {
+    if (MOVES == 0u || instance == 0u) return at.xyz;
+    uint first = (instance - 1u) * 3u;
+    return vec3(dot(motions[first], at), dot(motions[first + 1u], at), dot(motions[first + 2u], at));
+}
+
+// The instance (id + 1) that a pixel's own ray hit within a view; 0: none.
+uint reflected_instance(ivec3 texel) {
+    if (MOVES == 0u) return 0u;
+    Hit h = unpack_hit(texelFetch(hit_image, texel, 0));
+    if (h.status != HIT) return 0u;
+    ivec2 at = min(ivec2(h.uv * vec2(frame.size)), ivec2(frame.size) - 1);
+    return texelFetch(instance_image, ivec3(at, h.eye), 0).x;
+}
+
+// Pixel of the last frame's eye; false: beyond its view.
+bool last_pixel(uint eye, vec3 at, out vec2 pixel) {
+    vec4 clip = last.eyes[eye].clip_from_render * vec4(at, 1.0);
+    pixel = screen_from_clip(clip).xy;
+    return clip.w > 0.0 && all(greaterThanEqual(pixel, vec2(0.0))) && all(lessThan(pixel, vec2(frame.size)));
+}
+
+vec3 last_position(uint eye, vec2 pixel, float depth) {
+    vec3 ray = last.eyes[eye].ray_first.xyz + pixel.x * last.eyes[eye].ray_across.xyz + pixel.y * last.eyes[eye].ray_down.xyz;
+    return last.eyes[eye].position_near.xyz + ray * (last.eyes[eye].position_near.w / depth);
+}
+
+// The history about a pixel of the last frame, of the texels that show the surface p, which was at `was` with that normal.
+History history_at(Pixel p, vec3 was, vec3 normal_was, vec3 face_was, vec2 pixel) {
+    History h = NO_HISTORY;
+    h.pixel = pixel;
+    uint eye = uint(p.texel.z);
+    vec2 corner = floor(pixel - 0.5), part = pixel - 0.5 - corner;
+    float frames = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 offset = ivec2(i & 1, i >> 1);
+        vec2 share = mix(1.0 - part, part, vec2(offset));
+        float weight = share.x * share.y;
+        ivec2 at = ivec2(corner) + offset;
+        if (weight < 1e-3 || any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(frame.size)))) continue;
+        ivec3 texel = ivec3(at, p.texel.z);
+        Guide g = unpack_guide(texelFetch(last_guide_image, texel, 0));
+        if (g.instance != p.instance) continue;
+        if ((g.roughness < frame.delta_roughness) != is_mirror(p.surface)) continue;
+        if (dot(unpack_direction(g.normal), normal_was) < LEAST_COSINE) continue;
+        vec3 position = last_position(eye, vec2(at) + 0.5, g.depth);
+        if (abs(dot(position - was, face_was)) > PLANE_TOLERANCE * p.distance) continue;
+        vec4 standing = texelFetch(last_standing_image, texel, 0);
+        if (standing.w <= 0.0) continue;
+        h.light += weight * texelFetch(last_known_image, texel, 0);
+        h.standing += weight * standing;
+        h.trend += weight * texelFetch(last_trend_image, texel, 0).xy;
+        h.shown += weight;
+    }
+    if (h.shown < 1e-3) return NO_HISTORY;
+    h.light /= h.shown;
+    h.standing /= h.shown;
+    h.trend /= h.shown;
+    return h;
+}
+
+// Where the last frame's eye saw what p reflects from `far` away: the virtual image of where the reflected point was, on
+// the line from that eye through the plane of where p was.
+bool last_image(Pixel p, vec3 was, vec3 normal_was, float far, uint reflected, out vec2 pixel) {
+    uint eye = uint(p.texel.z);
+    vec3 point = moved(reflected, vec4(p.position + reflect(-p.v, p.surface.normal) * far, 1.0));
+    vec3 from = last.eyes[eye].position_near.xyz;
+    float height = dot(from - was, normal_was), along = dot(point - was, normal_was);
+    if (height <= 0.0 || along < 0.0) return false;
+    vec3 image = point - 2.0 * along * normal_was;
+    return last_pixel(eye, from + (image - from) * (height / (height + along)), pixel);
+}
+
+Neighbourhood neighbourhood(Pixel p) {
+    vec3 sum = vec3(0.0), squares = vec3(0.0);
+    float l_sum = 0.0, l_squares = 0.0, count = 0.0, known = 0.0;
+    Neighbourhood n;
+    n.least = FLT_MAX;
+    n.most = -FLT_MAX;
+    for (int i = 0; i < 9; ++i) {
+        ivec3 texel = p.texel + ivec3(i % 3 - 1, i / 3 - 1, 0);
+        if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, ivec2(frame.size)))) continue;
+        if (load_guide(texel).instance != p.instance) continue;
+        vec4 light = texelFetch(known_image, texel, 0);
+        count += 1.0;
+        sum += light.rgb;
+        squares += light.rgb * light.rgb;
+        if (light.a <= 0.0) continue;
+        float l = known_luminance(light);
+        n.least = min(n.least, l);
+        n.most = max(n.most, l);
+        l_sum += l;
+        l_squares += l * l;
+        known += 1.0;
+    }
+    // The pixel itself always counts.
+    n.mean = sum / count;
+    n.deviation = sqrt(max(squares / count - n.mean * n.mean, vec3(0.0)));
+    n.average = l_sum / max(known, 1.0);
+    n.variance = max(l_squares / max(known, 1.0) - n.average * n.average, 0.0);
+    return n;
+}
+
+// How badly a history fits what this frame sees about the pixel: luminance in units of the noise, and the distance of
+// what is reflected.
+float mismatch(History h, Neighbourhood n, float variance, float nearness) {
+    float light = square(known_luminance(h.light) - n.average) / max(n.variance + variance, 1e-12);
+    float there = h.standing.y;
+    float place = nearness > 0.0 && there > 0.0 ? square((there - nearness) / (0.1 * max(there, nearness))) : 0.0;
+    return min(light, 100.0) + 0.25 * min(place, 100.0);
+}
+
+// Squared bias of the history, as far as it is more than noise. noise: variance of a frame's difference from the history;
+// before, trend: the running mean without and with this frame.
+float squared_bias(History h, Neighbourhood n, float noise, float before, float trend) {
+    float deviation = sqrt(noise), l = known_luminance(h.light);
+    float lasting = square(trend) - square(TREND_DEVIATIONS) * TREND_VARIANCE * noise;
+    float outside = l - n.most - OUTSIDE_DEVIATIONS * deviation;
+    if (before > WAS_BRIGHT * deviation) outside = max(outside, n.least - l - OUTSIDE_DEVIATIONS * deviation);
+    return max(max(lasting, 0.0), square(max(outside, 0.0)));
+}
+
+void store(Pixel p, vec4 light, vec4 standing, vec2 trend) {
+    imageStore(new_known_image, p.texel, vec4(storable(light.rgb), light.a));
+    imageStore(new_standing_image, p.texel, standing);
+    imageStore(new_trend_image, p.texel, vec4(trend, 0.0, 0.0));
+    if (FINISH != 0u) {
+        imageStore(reflection_image, p.texel, vec4(storable(outgoing(p, light.rgb, light.a)), light.a));
+    }
+}
+
+void main() {
+    ivec3 texel = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(texel.xy, ivec2(frame.size)))) return;
+    uvec4 word = texelFetch(guide_image, texel, 0);
+    imageStore(new_guide_image, texel, word);
+    if (unpack_guide(word).instance == 0u) return;
+
+    Pixel p = load_pixel(texel);
+    uint eye = uint(texel.z);
+    vec4 own = texelFetch(known_image, texel, 0);
+    vec4 standing = vec4(texelFetch(standing_image, texel, 0).xyz, 1.0);
+    // A mirror has no noise to lose.
+    if (has_history == 0u || is_mirror(p.surface)) {
+        store(p, own, standing, vec2(standing.z, 0.0));
+        return;
+    }
+
+    vec3 was = moved(p.instance, vec4(p.position, 1.0));
+    vec3 normal_was = normalize(moved(p.instance, vec4(p.surface.normal, 0.0)));
+    vec3 face_was = normalize(moved(p.instance, vec4(p.surface.face_normal, 0.0)));
+    float eye_distance = distance(eye_position(eye), p.position);
+    float last_eye_distance = distance(last.eyes[eye].position_near.xyz, was);
+    History of_surface = NO_HISTORY, of_image = NO_HISTORY;
+    vec2 pixel;
+    bool needs_surface = SOURCE != 2u || standing.y <= 0.0;
+    if (needs_surface && last_pixel(eye, was, pixel)) of_surface = history_at(p, was, normal_was, face_was, pixel);
+    if (SOURCE != 1u) {
+        // Where this frame knows no distance, the history may.
+        float nearness = standing.y;
+        float far = nearness > 0.0 ? 1.0 / nearness - eye_distance
+                                   : 1.0 / max(of_surface.standing.y, 1e-9) - last_eye_distance;
+        bool is_known = nearness > 0.0 || of_surface.standing.y > 0.0;
+        if (is_known && last_image(p, was, normal_was, max(far, 0.0), reflected_instance(texel), pixel)) {
+            bool same = of_surface.shown > 0.0 && distance(pixel, of_surface.pixel) < 1e-2;
+            if (same) of_image = of_surface;
+            else of_image = history_at(p, was, normal_was, face_was, pixel);
+        }
+    }
+    Neighbourhood n = neighbourhood(p);
+    History h = of_image;
+    if (SOURCE == 1u || of_image.shown <= 0.0) {
+        h = of_surface;
+    } else if (SOURCE == 0u && of_surface.shown > 0.0) {
+        float a = mismatch(of_surface, n, standing.z, standing.y), b = mismatch(of_image, n, standing.z, standing.y);
+        if (a < b) h = of_surface;
+    }
+    if (h.shown <= 0.0) {
+        store(p, own, standing, vec2(standing.z, 0.0));
+        return;
+    }
+
+    bool moving = distance(h.pixel, vec2(texel.xy) + 0.5) > 1e-2;
+    if (moving) h.standing.w = min(h.standing.w, MOST_MOVING_FRAMES);
+    float frames = max(h.standing.w, 1.0);
+    float share = 1.0 / (frames + 1.0), variance = h.trend.x, trend = h.trend.y;
+    if (WEIGHTS != 0u) {
+        share = max(CONSTANT_SHARE, share);
+        if (WEIGHTS == 2u) {
+            vec3 reach = CLAMP_DEVIATIONS * n.deviation;
+            h.light.rgb = clamp(h.light.rgb, n.mean - reach, n.mean + reach);
+        }
+    } else if (own.a > 0.0 && h.light.a > 0.0) {
+        float difference = known_luminance(own) - known_luminance(h.light);
+        float noise = variance * (1.0 + 1.0 / frames), deviation = sqrt(noise);
+        float before = trend;
+        trend = mix(trend, clamp(difference, -OUTLIER * deviation, OUTLIER * deviation), TREND_RATE);
+        float bias2 = squared_bias(h, n, noise, before, trend);
+        // σ² of this frame over everything: without noise the new frame is right.
+        share = variance > 1e-20 ? 1.0 - variance / (bias2 + noise) : 1.0;
+        // What is taken over is no longer apart.
+        trend *= bias2 > 0.0 ? 1.0 - share : 1.0;
+        float learned = min(frames, MOST_LEARNED) + PRIOR_FRAMES;
+        float known_noise = max(noise, max(standing.z, n.variance));
+        float squared = min(square(difference), square(LEARNED_OUTLIER) * known_noise);
+        variance += (squared * frames / (frames + 1.0) - variance) / (learned + 1.0);
+    }
+    if (moving) {
+        // What left the view, or went behind something, was seen before.
+        float blind = smoothstep(0.2, 0.6, abs(own.a - h.light.a));
+        float mine = share * mix(1.0, own.a, blind), theirs = (1.0 - share) * mix(1.0, h.light.a, blind);
+        share = mine / max(mine + theirs, 1e-12);
+    }
+    vec4 light = mix(h.light, own, share);
+    float count = 1.0 / max(square(share) + square(1.0 - share) / frames, 1e-12);
+    // The distance of what is reflected, from this frame's eye.
+    float nearness = standing.y;
+    if (h.standing.y > 0.0) {
+        float there = 1.0 / (max(1.0 / h.standing.y - last_eye_distance, 0.0) + eye_distance);
+        nearness = nearness > 0.0 ? mix(there, nearness, share) : there;
+    }
+    float weight = mix(h.standing.x / max(h.standing.w, 1.0), standing.x, share);
+    // Of a frame and of the mean.
+    vec4 standing_now = vec4(weight * count, nearness, variance / count, count);
+    store(p, light, standing_now, vec2(variance, trend));
+}

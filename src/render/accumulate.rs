@@ -1,0 +1,99 @@
+//! Pass 9: what the frames before knew of each pixel's reflection.
+
+use std::rc::Rc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
+
+use super::context::Context;
+use super::history::History;
+use super::method::{Accumulation, HistorySource, Temporal};
+use super::needs::Needs;
+use super::shaders;
+use super::targets::Targets;
+use super::upload::{EnvironmentMaps, SceneResources};
+
+/// See `shaders/accumulate.comp`.
+pub struct AccumulatePass {
+    pass: ComputePass,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Constants {
+    has_history: u32,
+}
+
+impl AccumulatePass {
+    /// `finish`: no reuse between the eyes follows.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        needs: &Needs,
+        (how, weights): (Accumulation, Temporal),
+        finish: bool,
+    ) -> Result<AccumulatePass, GpuError> {
+        let weights = match weights {
+            Temporal::Variance => 0,
+            Temporal::Constant => 1,
+            Temporal::Clamp => 2,
+        };
+        let source = match how.source {
+            HistorySource::Better => 0,
+            HistorySource::Surface => 1,
+            HistorySource::Image => 2,
+        };
+        let specialization = [weights, source, u32::from(needs.motion), u32::from(finish)];
+        let words = shaders::ACCUMULATE_COMP.words();
+        Ok(AccumulatePass { pass: ComputePass::new(gpu, "accumulate", &words, &specialization)? })
+    }
+
+    /// `fallback` is what unknown rays see, where the settings want more than black.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        resources: &SceneResources,
+        fallback: &EnvironmentMaps,
+        context: &Context,
+        (targets, history): (&Targets, &History),
+    ) -> Result<(), GpuError> {
+        let Some(out) = &targets.filtered else { return Ok(()) };
+        let Some(pairs) = &out.pairs else { return Ok(()) };
+        let (last, new) = (history.last(), history.new_set());
+        let maps = &resources.environment;
+        frame
+            .compute(&self.pass)
+            .uniform(&context.frame)
+            .uniform(history.last_frame())
+            .write_buffer(&context.counters)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.guide, &context.nearest)
+            .sampled(&pairs.known, &context.nearest)
+            .sampled(&pairs.standing, &context.nearest)
+            .sampled(&last.guide, &context.nearest)
+            .sampled(&last.known, &context.nearest)
+            .sampled(&last.standing, &context.nearest)
+            .sampled(&last.trend, &context.nearest)
+            .write(&new.guide)
+            .write(&new.known)
+            .write(&new.standing)
+            .write(&new.trend)
+            .sampled(&maps.radiance, &maps.sampler)
+            .sampled(&maps.irradiance, &maps.sampler)
+            .sampled(&fallback.specular, &fallback.sampler)
+            .sampled(&context.brdf_table, &context.linear)
+            .read_buffer(&context.lights)
+            .write(&out.reflection)
+            .read_buffer(history.motions())
+            .sampled(&out.hits, &context.nearest)
+            .sampled(&targets.gbuffer.instance, &context.nearest)
+            .constants(&Constants { has_history: u32::from(history.exists()) })
+            .dispatch_stereo(targets.gbuffer.depth.extent())
+    }
+}
