@@ -11,13 +11,15 @@ use super::ao::Reach;
 use super::device::{self, Size};
 use super::pictures::{self, Display};
 #[cfg(feature = "gpu")]
-use crate::compare::{self, Failure, Options, ao};
+use crate::compare::{self, Failure, Options, ao, sequence};
 use crate::console::Console;
+#[cfg(feature = "gpu")]
+use crate::gpu::Gpu;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Ao, Firefly, Method, Reuse, Settings};
+use crate::render::{Ao, Firefly, Method, Reuse, Settings, Temporal};
 #[cfg(feature = "gpu")]
-use crate::scene::Fallback;
+use crate::scene::{Fallback, Scene, View};
 
 /// Error against run time: methods over scenes against the path-traced reference, or picture B against picture A.
 ///
@@ -51,6 +53,16 @@ struct SceneArgs {
     /// With --effect ao, poses of the path that the methods are followed along; 0: no path.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     poses: u32,
+    /// Follow a path of the head instead of standing still, each frame against its own reference: one of the scenes' paths,
+    /// `still`, `sway` or `cut`, or a file of recorded head poses. Writes sequence.json, sequence.md and a drawing a scene.
+    #[arg(long, conflicts_with_all = ["effect", "fallback", "sheets", "cache"])]
+    path: Option<String>,
+    /// With --path, its first frames; all by default.
+    #[arg(long, requires = "path", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    frames: Option<u32>,
+    /// How methods that accumulate frames weigh a new frame against those before it.
+    #[arg(long, value_enum, default_value_t = Temporal::Variance)]
+    temporal: Temporal,
     /// The first is the baseline: what the others are divided by. NAME@N has N rays a pixel whatever --spp says.
     #[arg(long, value_delimiter = ',', default_value = "sssr,stereo")]
     methods: Vec<String>,
@@ -171,20 +183,26 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     let gpu = device::open(of.device.as_deref())?;
     let size = device::size_or_default(&gpu, of.size, console);
     let reference = Method::parse("path-traced").map_err(|e| WrongUsage(e.to_string()))?;
+    let reference = device::samples_or_default(&gpu, reference, of.reference_spp, console);
+    let settings = Settings {
+        edge_fade: of.edge_fade,
+        reuse: of.reuse,
+        firefly: of.firefly,
+        temporal: of.temporal,
+        shadows: !of.no_shadows,
+        antialias: of.antialias,
+        indirect: of.indirect,
+        ..device::settings(size, 0)
+    };
+    if let Some(name) = &of.path {
+        return compare_sequences(of, (&gpu, scenes), name, (methods, reference, settings), console);
+    }
     let options = Options {
         methods,
         spp: of.spp.clone(),
         seeds: of.seeds,
-        reference: device::samples_or_default(&gpu, reference, of.reference_spp, console),
-        settings: Settings {
-            edge_fade: of.edge_fade,
-            reuse: of.reuse,
-            firefly: of.firefly,
-            shadows: !of.no_shadows,
-            antialias: of.antialias,
-            indirect: of.indirect,
-            ..device::settings(size, 0)
-        },
+        reference,
+        settings,
         fallback: match of.fallback {
             FallbackArg::Black => compare::Fallbacks::One(Fallback::Black),
             FallbackArg::Probe => compare::Fallbacks::One(Fallback::Probe),
@@ -200,6 +218,35 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     let report = compare::compare(&gpu, scenes, &options, console)?;
     console.line(compare::markdown(&report));
     for name in ["compare.json", "compare.md"] {
+        console.line(format!("  {}", of.out.join(name).display()));
+    }
+    console.object(&report)?;
+    all_done(&report.failed, scenes.len())
+}
+
+#[cfg(feature = "gpu")]
+fn compare_sequences(
+    of: &SceneArgs,
+    (gpu, scenes): (&std::rc::Rc<Gpu>, &[String]),
+    name: &str,
+    (methods, reference, settings): (Vec<Method>, Method, Settings),
+    console: &Console,
+) -> anyhow::Result<()> {
+    let path = |scene: &Scene, view: &View| super::path::head_path(scene, view, name).map_err(|e| format!("{e:#}"));
+    let options = sequence::SequenceOptions {
+        methods,
+        spp: of.spp.clone(),
+        reference,
+        settings,
+        path_name: name.to_owned(),
+        path: &path,
+        frames: of.frames,
+        view: of.view.clone(),
+        out: of.out.clone(),
+    };
+    let report = sequence::compare(gpu, scenes, &options, console)?;
+    console.line(sequence::markdown(&report));
+    for name in ["sequence.json", "sequence.md"] {
         console.line(format!("  {}", of.out.join(name).display()));
     }
     console.object(&report)?;

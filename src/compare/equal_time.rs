@@ -71,11 +71,15 @@ fn point(row: &Row, measure: &str) -> Option<(f64, f64)> {
 }
 
 /// Log error over log time, in order of time.
-struct Curve(Vec<(f64, f64)>);
+pub(super) struct Curve(Vec<(f64, f64)>);
 
 impl Curve {
     fn of(rows: &[&Row], measure: &str) -> Curve {
-        let mut points: Vec<(f64, f64)> = rows.iter().filter_map(|row| point(row, measure)).collect();
+        Curve::new(rows.iter().filter_map(|row| point(row, measure)).collect())
+    }
+
+    /// Of points (log time, log error) in any order.
+    pub(super) fn new(mut points: Vec<(f64, f64)>) -> Curve {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by(|a, b| a.0 == b.0);
         Curve(points)
@@ -83,7 +87,7 @@ impl Curve {
 
     /// The log error at a log time on straight lines between the points, and whether that time lies outside them, where
     /// the nearest line is prolonged; `None` below two points.
-    fn at(&self, x: f64) -> Option<(f64, bool)> {
+    pub(super) fn at(&self, x: f64) -> Option<(f64, bool)> {
         let (first, last) = (self.0.first()?, self.0.last()?);
         let after = self.0.iter().position(|p| p.0 >= x).unwrap_or(self.0.len() - 1).max(1);
         let (a, b) = (self.0.get(after - 1)?, self.0.get(after)?);

@@ -14,6 +14,7 @@ mod report;
 mod run;
 #[cfg(test)]
 mod sample;
+pub mod sequence;
 mod sheet;
 mod summary;
 mod tables;
@@ -40,6 +41,8 @@ pub enum CompareError {
     Scene(#[from] SceneError),
     #[error("scene `{scene}` has no view `{view}`; it has: {known}")]
     NoView { scene: String, view: String, known: String },
+    #[error("{0}")]
+    Path(String),
     #[error("scene `{0}`: nothing in view reflects, so there is nothing to compare")]
     NoReflection(String),
     #[error(transparent)]

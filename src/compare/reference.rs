@@ -211,7 +211,7 @@ pub(super) fn surfaces_of<'a>(
     Surfaces { camera: prepared.camera(), width, height, delta_roughness, eyes }
 }
 
-fn surfaces(eye: &EyeGeometry) -> EyeSurfaces<'_> {
+pub(super) fn surfaces(eye: &EyeGeometry) -> EyeSurfaces<'_> {
     EyeSurfaces {
         traced: &eye.traced,
         depth: &eye.depth,
@@ -232,7 +232,8 @@ fn rays(geometry: &Geometry, like: &StereoPicture) -> StereoPicture {
     StereoPicture { width: like.width, height: like.height, eyes }
 }
 
-fn black(like: &StereoPicture) -> StereoPicture {
+/// Of the same size.
+pub(super) fn black(like: &StereoPicture) -> StereoPicture {
     let eyes = [0, 1].map(|eye: usize| vec![[0.0; 3]; like.eyes[eye].len()]);
     StereoPicture { width: like.width, height: like.height, eyes }
 }

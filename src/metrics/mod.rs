@@ -12,6 +12,7 @@ pub mod judge;
 pub mod lasting;
 pub mod moments;
 pub mod pairs;
+pub mod sequence;
 pub mod ssim;
 pub mod stereo;
 pub mod tone;

@@ -4,6 +4,7 @@ pub(super) mod axis;
 pub(super) mod draw;
 mod family;
 mod knob;
+pub(super) mod panels;
 mod time;
 
 use super::report::SceneReport;

@@ -1,0 +1,75 @@
+//! Two panels one below the other with one common axis below both.
+
+use super::axis::Axis;
+use super::draw::{Dash, Name, Sign, level, line, mark, names, number, open, polyline, text};
+
+const WIDTH: f64 = 820.0;
+const HEIGHT: f64 = 600.0;
+pub const LEFT: f64 = 78.0;
+/// Where the panels end; right of it stand the names.
+pub const RIGHT: f64 = 670.0;
+/// Top and bottom of the two panels.
+const PANELS: [(f64, f64); 2] = [(86.0, 276.0), (322.0, 532.0)];
+/// Few enough points are marked.
+const MOST_MARKS: usize = 20;
+
+/// One line of a panel, or one value for all.
+pub struct Curve {
+    pub name: String,
+    /// Of its colour and mark: the same in both panels.
+    pub index: usize,
+    pub points: Vec<(f64, f64)>,
+    pub is_level: bool,
+}
+
+/// The drawing; `None` where a panel has nothing above 0. Each panel has a title; `below` names the common axis.
+pub fn panels(title: &str, panels: &[(&str, Vec<Curve>); 2], x: &Axis, below: &str) -> Option<String> {
+    let mut out = open(title, WIDTH, HEIGHT, LEFT);
+    for ((title, curves), place) in panels.iter().zip(PANELS) {
+        panel(&mut out, title, curves, x, place)?;
+    }
+    let bottom = PANELS[1].1;
+    for tick in x.ticks() {
+        text(&mut out, "soft middle", x.at(tick), bottom + 20.0, &number_or_zero(tick));
+    }
+    text(&mut out, "middle", (LEFT + RIGHT) / 2.0, bottom + 46.0, below);
+    out.push_str("</svg>\n");
+    Some(out)
+}
+
+fn panel(out: &mut String, title: &str, curves: &[Curve], x: &Axis, (top, bottom): (f64, f64)) -> Option<()> {
+    let y = Axis::from_zero(curves.iter().flat_map(|c| &c.points).map(|p| p.1), bottom, top)?;
+    text(out, "", LEFT, top - 12.0, title);
+    for tick in x.ticks() {
+        line(out, "grid", (x.at(tick), top), (x.at(tick), bottom));
+    }
+    for tick in y.ticks() {
+        line(out, "grid", (LEFT, y.at(tick)), (RIGHT, y.at(tick)));
+        text(out, "soft end", LEFT - 9.0, y.at(tick) + 4.5, &number_or_zero(tick));
+    }
+    line(out, "axis", (LEFT, bottom), (RIGHT, bottom));
+    line(out, "axis", (LEFT, top), (LEFT, bottom));
+    let mut all = Vec::new();
+    for curve in curves {
+        let index = curve.index;
+        let places: Vec<(f64, f64)> = curve.points.iter().map(|(px, py)| (x.at(*px), y.at(*py))).collect();
+        let Some(last) = places.last() else { continue };
+        let words = curve.name.clone();
+        if curve.is_level {
+            line(out, &level(index, Dash::Long), (LEFT, last.1), (RIGHT, last.1));
+            all.push(Name { from: (RIGHT, last.1), sign: Sign::Level(index, Dash::Long), words });
+        } else {
+            polyline(out, index, &places);
+            if places.len() <= MOST_MARKS {
+                places.iter().for_each(|(px, py)| mark(out, index, *px, *py));
+            }
+            all.push(Name { from: *last, sign: Sign::Mark(index), words });
+        }
+    }
+    names(out, all, RIGHT, top, bottom);
+    Some(())
+}
+
+fn number_or_zero(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { number(value) }
+}

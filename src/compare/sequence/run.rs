@@ -1,0 +1,292 @@
+//! One scene: its path frame by frame, every configuration twice with independent random numbers.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::SequenceOptions;
+use super::report::{SequenceEqualTime, SequenceRow, SequenceScene};
+use crate::compare::equal_time::Curve;
+use crate::compare::plan::base_name;
+use crate::compare::times::{self, Groups};
+use crate::compare::{CompareError, ratios, reference, run};
+use crate::console::{Console, check_interrupted};
+use crate::gpu::Gpu;
+use crate::metrics::sequence::{Seen, before, disagreement, flicker, parts};
+use crate::metrics::{Pairs, mean, pairs};
+use crate::picture::StereoPicture;
+use crate::render::{Geometry, Method, Prepared, Renderer, Settings};
+use crate::scene::{self, Eye, Fallback, HeadPath, StereoCamera, View};
+
+/// Seeds of the two runs of each configuration, and of the references.
+const SEEDS: [u32; 2] = [1, 2];
+const REFERENCE_SEED: u32 = 1_000_001;
+/// Roughness above which a surface is not called glossy here.
+const GLOSSY: f32 = 0.3;
+
+/// Both runs of a configuration in one frame.
+type Runs = [StereoPicture; 2];
+
+/// Compares on one scene.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn scene(
+    gpu: &Rc<Gpu>,
+    name: &str,
+    options: &SequenceOptions<'_>,
+    console: &Console,
+) -> Result<SequenceScene, CompareError> {
+    let scene = Arc::new(scene::load(name)?);
+    let view = run::view(&scene, options.view.as_deref())?.clone();
+    let path = (options.path)(&scene, &view).map_err(CompareError::Path)?;
+    let frames = options.frames.unwrap_or(path.frames());
+    if frames < 2 || frames > path.frames() {
+        let has = path.frames();
+        return Err(CompareError::Path(format!("path `{}` has {has} frames; 2 to {has} can be compared", path.name)));
+    }
+    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let settings = Settings { fallback: Some(Fallback::Black), ..options.settings.clone() };
+    let camera = path.view(&view, 0).stereo_camera(settings.aspect());
+    let mut truth = renderer.prepare(&camera, &options.reference, &settings)?;
+    let mut all: Vec<Run> = Vec::new();
+    for method in configurations(options) {
+        let mut made = || renderer.prepare(&camera, &method, &settings);
+        all.push(Run::new(method.clone(), [made()?, made()?]));
+    }
+
+    let mut bar = console.progress(&scene.name, u64::from(frames) * (1 + all.len() as u64));
+    let mut last: Option<Frame> = None;
+    for number in 0..frames {
+        let at = At { path: &path, view: &view, number };
+        at.draw(&mut truth, REFERENCE_SEED)?;
+        let mut now = Frame::of(&truth, scene.places_at(path.time_of(number)))?;
+        bar.step("reference");
+        let count = all.len();
+        now.runs = vec![None; count];
+        for turn in 0..count {
+            let which = (number as usize + turn) % count;
+            now.runs[which] = Some(all[which].draw(&at)?);
+            bar.step(&all[which].method.to_string());
+        }
+        if let Some(last) = &last {
+            let trails = [0, 1].map(|eye| before(now.seen(eye), last.seen(eye)));
+            for (which, run) in all.iter_mut().enumerate() {
+                run.add(which, &now, last, &trails);
+            }
+        }
+        last = Some(now);
+    }
+    drop(bar);
+    // After the last frame, so that a message about any of them refuses the scene's numbers.
+    gpu.check_validation()?;
+
+    let cuts: Vec<u32> = (0..frames).filter(|f| path.is_cut(*f)).collect();
+    let mut results: Vec<SequenceRow> = all.into_iter().map(|run| run.row(&cuts)).collect();
+    let baseline = base_name(&options.methods[0]);
+    equal_time(&mut results, &baseline);
+    Ok(SequenceScene {
+        scene: scene.name.clone(),
+        scene_sha256: scene.content_sha256.clone(),
+        view: view.name.clone(),
+        frames,
+        rate_hz: path.rate_hz,
+        cuts,
+        baseline,
+        results,
+    })
+}
+
+/// Every method at every sample count once.
+fn configurations(options: &SequenceOptions<'_>) -> Vec<Method> {
+    let mut all: Vec<Method> = Vec::new();
+    for (method, spp) in options.methods.iter().flat_map(|m| options.spp.iter().map(move |spp| (m, *spp))) {
+        let method = method.clone().with_samples(Some(spp));
+        if !all.contains(&method) {
+            all.push(method);
+        }
+    }
+    all
+}
+
+/// A frame of the path.
+struct At<'a> {
+    path: &'a HeadPath,
+    view: &'a View,
+    number: u32,
+}
+
+impl At<'_> {
+    fn draw(&self, prepared: &mut Prepared, seed: u32) -> Result<Groups, CompareError> {
+        check_interrupted()?;
+        let aspect = prepared.settings().aspect();
+        prepared.set_time(self.path.time_of(self.number))?;
+        prepared.set_camera(&self.path.view(self.view, self.number).stereo_camera(aspect));
+        prepared.set_seed(seed, self.number);
+        let report = prepared.frame(&mut |_, _| check_interrupted())?;
+        Ok(times::groups(&report.passes))
+    }
+}
+
+/// What a frame showed, and its reference.
+struct Frame {
+    camera: StereoCamera,
+    places: Vec<DAffine3>,
+    geometry: Geometry,
+    reflection: StereoPicture,
+    error: StereoPicture,
+    pairs: Pairs,
+    size: (usize, usize),
+    /// Reflections of each configuration, and the composites.
+    runs: Vec<Option<[Runs; 2]>>,
+}
+
+impl Frame {
+    fn of(truth: &Prepared, places: Vec<DAffine3>) -> Result<Frame, CompareError> {
+        let (linear, reflection, geometry) = (truth.linear()?, truth.reflection()?, truth.geometry()?);
+        let error = truth.standard_error(&reflection)?.unwrap_or_else(|| reference::black(&reflection));
+        let size = (linear.width as usize, linear.height as usize);
+        let by_reference = pairs::Reference { linear: linear.eyes(), error: error.eyes() };
+        let pairs = Pairs::choose(&reference::surfaces_of(truth, &geometry, size), &by_reference);
+        Ok(Frame { camera: *truth.camera(), places, geometry, reflection, error, pairs, size, runs: Vec::new() })
+    }
+
+    fn seen(&self, eye: usize) -> Seen<'_> {
+        let surfaces = reference::surfaces(&self.geometry.eyes[eye]);
+        Seen { camera: self.camera.eye(Eye::BOTH[eye]), surfaces, places: &self.places, size: self.size }
+    }
+}
+
+/// A configuration on its way along the path.
+struct Run {
+    method: Method,
+    prepared: [Prepared; 2],
+    groups: Vec<Groups>,
+    by_frame: BTreeMap<&'static str, Vec<Option<f64>>>,
+}
+
+impl Run {
+    fn new(method: Method, prepared: [Prepared; 2]) -> Run {
+        Run { method, prepared, groups: Vec::new(), by_frame: BTreeMap::new() }
+    }
+
+    /// The reflections of both runs, and the composites.
+    fn draw(&mut self, at: &At<'_>) -> Result<[Runs; 2], CompareError> {
+        for (prepared, seed) in self.prepared.iter_mut().zip(SEEDS) {
+            self.groups.push(at.draw(prepared, seed)?);
+        }
+        let [a, b] = &self.prepared;
+        Ok([[a.reflection()?, b.reflection()?], [a.linear()?, b.linear()?]])
+    }
+
+    fn add(&mut self, which: usize, now: &Frame, last: &Frame, trails: &[Vec<Option<u32>>; 2]) {
+        let (Some([own, shown]), Some([own_before, _])) = (&now.runs[which], &last.runs[which]) else { return };
+        let delta = self.prepared[0].settings().delta_roughness;
+        let mut sums: BTreeMap<&'static str, Vec<Option<f64>>> = BTreeMap::new();
+        for eye in 0..2 {
+            let g = &now.geometry.eyes[eye];
+            let glossy: Vec<bool> =
+                g.traced.iter().zip(&g.roughness).map(|(t, r)| *t && (delta..GLOSSY).contains(r)).collect();
+            let uncovered: Vec<bool> = g.traced.iter().zip(&trails[eye]).map(|(t, b)| *t && b.is_none()).collect();
+            let of = |mask: &[bool]| {
+                let runs = [0, 1].map(|run: usize| own[run].eyes[eye].as_slice());
+                parts(runs, &now.reflection.eyes[eye], &now.error.eyes[eye], mask)
+            };
+            let all = of(&g.traced);
+            let flickers = [0, 1].map(|run: usize| {
+                let here = [&own[run], &now.reflection, &now.error].map(|p| p.eyes[eye].as_slice());
+                let there = [&own_before[run], &last.reflection, &last.error].map(|p| p.eyes[eye].as_slice());
+                flicker(here, there, &trails[eye], &g.traced)
+            });
+            let found = [
+                ("mse", all.map(|p| p.mse)),
+                ("bias2", all.map(|p| p.bias2)),
+                ("variance", all.map(|p| p.variance)),
+                ("glossy_mse", of(&glossy).map(|p| p.mse)),
+                ("uncovered_mse", of(&uncovered).map(|p| p.mse)),
+                ("flicker", flickers[0].zip(flickers[1]).map(|(a, b)| (a + b) / 2.0)),
+            ];
+            for (name, value) in found {
+                sums.entry(name).or_default().push(value);
+            }
+        }
+        let between = disagreement([shown[0].eyes(), shown[1].eyes()], &now.pairs.pairs, now.pairs.epsilon);
+        sums.insert("lasting_contrast2", vec![between.map(|d| d.lasting)]);
+        sums.insert("noise", vec![between.map(|d| d.noise)]);
+        for (name, eyes) in sums {
+            self.by_frame.entry(name).or_default().push(mean(eyes.into_iter().flatten()));
+        }
+    }
+
+    fn row(self, cuts: &[u32]) -> SequenceRow {
+        let means =
+            self.by_frame.iter().map(|(name, values)| (*name, mean(values.iter().flatten().copied()))).collect();
+        let lag_frames = cuts.first().and_then(|cut| {
+            let end = cuts.get(1).map_or(usize::MAX, |next| *next as usize - 1);
+            let mse = &self.by_frame["mse"];
+            // The first frame has no value of its own.
+            lag(mse.get(*cut as usize - 1..end.min(mse.len()))?)
+        });
+        let mut by_name: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for (name, ms) in self.groups.iter().flatten() {
+            by_name.entry(name.clone()).or_default().push(*ms);
+        }
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            ratios::quartiles(&values)[1]
+        };
+        SequenceRow {
+            method: base_name(&self.method),
+            rendered_method: self.prepared[0].method().to_string(),
+            spp: self.method.samples(),
+            ms: by_name.into_iter().map(|(name, values)| (name, median(values))).collect(),
+            means,
+            lag_frames,
+            by_frame: self.by_frame,
+            equal_time: None,
+        }
+    }
+}
+
+/// Frames until an error has lost half of what it loses; what it comes to is the mean of its last quarter.
+fn lag(mse: &[Option<f64>]) -> Option<u32> {
+    let values: Vec<f64> = mse.iter().flatten().copied().collect();
+    let first = *values.first()?;
+    let end = mean(values[values.len() - values.len().div_ceil(4)..].iter().copied())?;
+    let half = (first + end) / 2.0;
+    if first <= end {
+        return Some(0);
+    }
+    values.iter().position(|v| *v <= half).map(|n| n as u32)
+}
+
+fn equal_time(rows: &mut [SequenceRow], baseline: &str) {
+    let point = |row: &SequenceRow| -> Option<(f64, f64)> {
+        let point = (row.ms.get("total")?.ln(), row.means.get("mse").copied().flatten()?.ln());
+        (point.0.is_finite() && point.1.is_finite()).then_some(point)
+    };
+    let points: Vec<(f64, f64)> = rows.iter().filter(|r| r.method == baseline).filter_map(point).collect();
+    let curve = Curve::new(points);
+    for row in rows.iter_mut().filter(|r| r.method != baseline) {
+        row.equal_time = point(row).and_then(|(time, error)| {
+            let (of_baseline, extrapolated) = curve.at(time)?;
+            let (mse, baseline_mse) = (error.exp(), of_baseline.exp());
+            Some(SequenceEqualTime { mse, baseline_mse, ratio: mse / baseline_mse, extrapolated })
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lag_counts_frames_until_half_of_the_excess_is_gone() {
+        let some = |values: &[f64]| values.iter().map(|v| Some(*v)).collect::<Vec<_>>();
+        assert_eq!(lag(&some(&[9.0, 8.0, 5.0, 2.0, 1.0, 1.0, 1.0, 1.0])), Some(2));
+        assert_eq!(lag(&some(&[1.0, 1.0, 1.0, 1.0])), Some(0));
+        assert_eq!(lag(&[]), None);
+    }
+}

@@ -1,0 +1,47 @@
+//! Ratios of each method to the baseline with as many samples, over all scenes.
+
+use super::report::{SequenceRow, SequenceScene, SequenceSummary};
+use crate::compare::ratios::geometric;
+
+/// Measures that are compared, in the order of the tables.
+pub const MEASURES: [&str; 8] =
+    ["mse", "bias2", "variance", "glossy_mse", "uncovered_mse", "flicker", "lasting_contrast2", "noise"];
+
+/// Geometric means; a scene whose ratio is no positive number has no vote.
+pub fn over_scenes(scenes: &[SequenceScene]) -> Vec<SequenceSummary> {
+    let mut groups: Vec<(String, u32, String, Vec<f64>)> = Vec::new();
+    for scene in scenes {
+        for row in &scene.results {
+            for (measure, ratio) in ratios(scene, row) {
+                let Some(ratio) = ratio.filter(|r| r.is_finite() && *r > 0.0) else { continue };
+                let same =
+                    |g: &&mut (String, u32, String, Vec<f64>)| g.0 == row.method && g.1 == row.spp && g.2 == measure;
+                match groups.iter_mut().find(same) {
+                    Some(group) => group.3.push(ratio),
+                    None => groups.push((row.method.clone(), row.spp, measure, vec![ratio])),
+                }
+            }
+        }
+    }
+    let summary = |(method, spp, measure, found): (String, u32, String, Vec<f64>)| {
+        let (geomean, interval) = geometric(&found.iter().map(|r| r.ln()).collect::<Vec<_>>());
+        let worst = found.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Some(SequenceSummary { method, spp, measure, geomean: geomean?, interval, worst, scenes: found.len() })
+    };
+    groups.into_iter().filter_map(summary).collect()
+}
+
+/// Of a row to its peer; the baseline's own are left out.
+pub fn ratios(scene: &SequenceScene, row: &SequenceRow) -> Vec<(String, Option<f64>)> {
+    if row.method == scene.baseline {
+        return Vec::new();
+    }
+    let mut found = vec![("equal_time_mse".to_owned(), row.equal_time.map(|e| e.ratio))];
+    if let Some(peer) = scene.results.iter().find(|r| r.method == scene.baseline && r.spp == row.spp) {
+        let total = |r: &SequenceRow| r.ms.get("total").copied();
+        found.push(("ms_total".to_owned(), total(row).zip(total(peer)).map(|(a, b)| a / b)));
+        let value = |r: &SequenceRow, m| r.means.get(m).copied().flatten();
+        found.extend(MEASURES.map(|m| (m.to_owned(), value(row, m).zip(value(peer, m)).map(|(a, b)| a / b))));
+    }
+    found
+}

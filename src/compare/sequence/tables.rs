@@ -1,0 +1,112 @@
+//! `sequence.md`: the report as tables for people.
+
+use std::fmt::Write as _;
+
+use super::report::{SequenceReport, SequenceScene};
+use super::summary::{MEASURES, ratios};
+
+/// What the columns are called, in the order of [`MEASURES`].
+const TITLES: [&str; 8] =
+    ["MSE", "bias²", "variance", "MSE, glossy", "MSE, uncovered", "flicker", "lasting contrast²", "noise"];
+
+/// The whole document. Definitions stand in `docs/compare.md`.
+pub fn markdown(report: &SequenceReport) -> String {
+    let mut out = String::from("# Reflections over time\n\n");
+    let _ = writeln!(
+        out,
+        "{} ({}, {}) · {}×{} per eye · path `{}` · reference {} paths a pixel\n",
+        report.device.name,
+        report.device.kind,
+        report.device.driver,
+        report.width,
+        report.height,
+        report.path,
+        report.reference_spp
+    );
+    for scene in &report.scenes {
+        section(&mut out, scene);
+    }
+    if report.scenes.len() > 1 {
+        summary(&mut out, report);
+    }
+    for failure in &report.failed {
+        let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
+    }
+    out
+}
+
+fn section(out: &mut String, scene: &SequenceScene) {
+    let _ = writeln!(
+        out,
+        "## {} ({})\n\n{} frames at {} a second.\n\n### Means over the frames\n\n| method | ms | {} | lag, frames |\n|---|---:|{}---:|",
+        scene.scene,
+        scene.view,
+        scene.frames,
+        scene.rate_hz,
+        TITLES.join(" | "),
+        "---:|".repeat(TITLES.len())
+    );
+    for row in &scene.results {
+        let cells = MEASURES.map(|m| short(row.means.get(m).copied().flatten())).join(" | ");
+        let ms = row.ms.get("total").map_or("–".to_owned(), |ms| format!("{ms:.1}"));
+        let lag = row.lag_frames.map_or("–".to_owned(), |n| n.to_string());
+        let _ = writeln!(out, "| {}@{} | {ms} | {cells} | {lag} |", row.method, row.spp);
+    }
+    let others: Vec<_> = scene.results.iter().filter(|r| r.method != scene.baseline).collect();
+    if !others.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n### Over `{}` with as many samples\n\n| method | MSE at equal time | ms | {} |\n|---|---:|---:|{}",
+            scene.baseline,
+            TITLES.join(" | "),
+            "---:|".repeat(TITLES.len())
+        );
+    }
+    for row in others {
+        let mut cells = vec!["–".to_owned(); MEASURES.len() + 2];
+        for (cell, (_, ratio)) in cells.iter_mut().zip(ratios(scene, row)) {
+            *cell = short(ratio);
+        }
+        let _ = writeln!(out, "| {}@{} | {} |", row.method, row.spp, cells.join(" | "));
+    }
+    out.push('\n');
+}
+
+/// Geometric means over the scenes with the worst scene.
+fn summary(out: &mut String, report: &SequenceReport) {
+    let _ = writeln!(
+        out,
+        "## Over {} scenes: geometric mean (worst)\n\n| method | MSE at equal time | ms | {} |\n|---|---:|---:|{}",
+        report.scenes.len(),
+        TITLES.join(" | "),
+        "---:|".repeat(TITLES.len())
+    );
+    let mut methods: Vec<(&str, u32)> = Vec::new();
+    for s in &report.summary {
+        if !methods.contains(&(&s.method, s.spp)) {
+            methods.push((&s.method, s.spp));
+        }
+    }
+    for (method, spp) in methods {
+        let cell = |measure: &str| {
+            let of = report.summary.iter().find(|s| s.method == method && s.spp == spp && s.measure == measure);
+            of.map_or("–".to_owned(), |s| {
+                let voters =
+                    if s.scenes < report.scenes.len() { format!(", {} scenes", s.scenes) } else { String::new() };
+                format!("{} ({}{voters})", short(Some(s.geomean)), short(Some(s.worst)))
+            })
+        };
+        let cells: Vec<String> = ["equal_time_mse", "ms_total"].into_iter().chain(MEASURES).map(cell).collect();
+        let _ = writeln!(out, "| {method}@{spp} | {} |", cells.join(" | "));
+    }
+    out.push('\n');
+}
+
+/// Three digits that count.
+fn short(value: Option<f64>) -> String {
+    match value {
+        None => "–".to_owned(),
+        Some(v) if v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e4) => format!("{v:.2e}"),
+        Some(v) => format!("{v:.3}"),
+    }
+}

@@ -1,0 +1,223 @@
+//! Errors of a sequence from two independent runs of it: what stays, what is noise, and what flickers from frame to frame.
+//!
+//! With e₁ and e₂ the differences of both runs from one reference, mean e₁·e₂ is the squared bias and mean (e₁ − e₂)²/2 the
+//! variance of a run, neither with an assumption about the noise. The reference's own variance, which e₁·e₂ holds once, is
+//! subtracted.
+
+use glam::{DAffine3, DVec3};
+
+use super::luminance;
+use super::pairs::EyeSurfaces;
+use crate::scene::EyeCamera;
+
+/// A frame's squared error and its parts, linear radiance squared, mean over pixels and channels.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Parts {
+    pub mse: f64,
+    /// May fall below 0 by chance where there is hardly any.
+    pub bias2: f64,
+    pub variance: f64,
+}
+
+/// The parts over the pixels of a mask; `None` where it holds none. `error` is the reference's standard error.
+pub fn parts(runs: [&[[f32; 3]]; 2], reference: &[[f32; 3]], error: &[[f32; 3]], mask: &[bool]) -> Option<Parts> {
+    let (mut bias2, mut variance, mut n) = (0.0, 0.0, 0.0);
+    for i in (0..mask.len()).filter(|i| mask[*i]) {
+        for c in 0..3 {
+            let e = runs.map(|run| f64::from(run[i][c]) - f64::from(reference[i][c]));
+            bias2 += e[0] * e[1] - f64::from(error[i][c]).powi(2);
+            variance += (e[0] - e[1]).powi(2) / 2.0;
+            n += 1.0;
+        }
+    }
+    (n > 0.0).then(|| Parts { mse: (bias2 + variance) / n, bias2: bias2 / n, variance: variance / n })
+}
+
+/// One eye of a frame: where it was, what it saw, and where the instances stood.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    pub camera: &'a EyeCamera,
+    pub surfaces: EyeSurfaces<'a>,
+    pub places: &'a [DAffine3],
+    pub size: (usize, usize),
+}
+
+/// Places may differ by this share of their distance and still be one: half a pixel of a slanted surface.
+const SAME_PLACE: f64 = 0.01;
+
+/// For each pixel of a frame the pixel of the frame before that shows the same place, by the motion of the surface;
+/// `None` where nothing was drawn, the place lay beyond the view, or something stood before it.
+pub fn before(now: Seen<'_>, then: Seen<'_>) -> Vec<Option<u32>> {
+    let (width, height) = now.size;
+    (0..width * height)
+        .map(|i| {
+            let instance = now.surfaces.instance[i];
+            let place = position(&now, i)?;
+            let index = instance.checked_sub(1)? as usize;
+            let (is, was) = (now.places.get(index)?, then.places.get(index)?);
+            let place = if is == was { place } else { was.transform_point3(is.inverse().transform_point3(place)) };
+            let (x, y) = pixel(then.camera, then.size, place)?;
+            let there = y * width + x;
+            let same = then.surfaces.instance[there] == instance
+                && (position(&then, there)? - place).length() <= SAME_PLACE * (place - then.camera.position).length();
+            same.then_some(there as u32)
+        })
+        .collect()
+}
+
+/// World position of a pixel's centre; `None`: nothing was drawn.
+fn position(seen: &Seen<'_>, index: usize) -> Option<DVec3> {
+    let depth = f64::from(seen.surfaces.depth[index]);
+    if depth <= 0.0 {
+        return None;
+    }
+    let ((width, height), fov) = (seen.size, &seen.camera.fov);
+    let (x, y) = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+    let mix = |from: f64, to: f64, t: f64| from.tan() + (to.tan() - from.tan()) * t;
+    let across = mix(fov.left_rad, fov.right_rad, x / width as f64);
+    let up = mix(fov.up_rad, fov.down_rad, y / height as f64);
+    let ray = DVec3::new(across, up, -1.0) * (seen.camera.near_m / depth);
+    Some(seen.camera.position + seen.camera.world_from_view * ray)
+}
+
+fn pixel(camera: &EyeCamera, (width, height): (usize, usize), place: DVec3) -> Option<(usize, usize)> {
+    let at = camera.world_from_view.inverse() * (place - camera.position);
+    if at.z >= 0.0 {
+        return None;
+    }
+    let share = |value: f64, from: f64, to: f64| (value / -at.z - from.tan()) / (to.tan() - from.tan());
+    let x = share(at.x, camera.fov.left_rad, camera.fov.right_rad) * width as f64;
+    let y = share(at.y, camera.fov.up_rad, camera.fov.down_rad) * height as f64;
+    let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
+    inside.then_some((x as usize, y as usize))
+}
+
+/// Flicker of an eye: the mean over pixels and channels of half the squared change of the error along the motion of the
+/// reference, linear radiance squared; without the noise of both references. `None` without any pixel.
+///
+/// `now` and `then` are a run's frame, its reference and the reference's standard error.
+pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u32>], mask: &[bool]) -> Option<f64> {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
+        let Some(there) = there.map(|t| t as usize) else { continue };
+        for c in 0..3 {
+            let error = |of: [&[[f32; 3]]; 3], at: usize| f64::from(of[0][at][c]) - f64::from(of[1][at][c]);
+            let noise = f64::from(now[2][i][c]).powi(2) + f64::from(then[2][there][c]).powi(2);
+            sum += ((error(now, i) - error(then, there)).powi(2) - noise) / 2.0;
+            n += 1.0;
+        }
+    }
+    (n > 0.0).then(|| sum / n)
+}
+
+/// What the eyes disagree on in a frame: means over pairs of pixels that show the same reflection.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Disagreement {
+    /// Squared Weber contrast that both runs have in common.
+    pub lasting: f64,
+    /// Variance of the difference of the eyes' luminances.
+    pub noise: f64,
+}
+
+/// Of two runs' composites, by run and eye; `epsilon` is the least luminance that divides a contrast.
+pub fn disagreement(runs: [[&[[f32; 3]]; 2]; 2], pairs: &[[u32; 2]], epsilon: f64) -> Option<Disagreement> {
+    let (mut lasting, mut noise) = (0.0, 0.0);
+    for pair in pairs {
+        let seen = runs.map(|eyes| [0, 1].map(|eye: usize| luminance(eyes[eye][pair[eye] as usize])));
+        let d = seen.map(|[l, r]| l - r);
+        let base = (seen.iter().flatten().sum::<f64>() / 4.0).max(epsilon);
+        lasting += d[0] * d[1] / (base * base);
+        noise += (d[0] - d[1]).powi(2) / 2.0;
+    }
+    let n = pairs.len() as f64;
+    (n > 0.0).then(|| Disagreement { lasting: lasting / n, noise: noise / n })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Fov, StereoCamera, View};
+    use cyclopean_analysis::chance::Stream;
+    use glam::{DQuat, Vec3};
+
+    #[test]
+    fn bias_and_noise_are_told_apart_whatever_the_reference_brings() {
+        let mut stream = Stream::new(3, 1);
+        let n = 40_000;
+        let mut noisy = |mean: f64, deviation: f64| -> Vec<[f32; 3]> {
+            (0..n).map(|_| [(mean + deviation * stream.normal()) as f32; 3]).collect()
+        };
+        let (reference, a, b) = (noisy(1.0, 0.1), noisy(1.3, 0.2), noisy(1.3, 0.2));
+        let found = parts([&a, &b], &reference, &vec![[0.1; 3]; n], &vec![true; n]).expect("pixels");
+        assert!((found.bias2 - 0.09).abs() < 3e-3, "{found:?}");
+        assert!((found.variance - 0.04).abs() < 1e-3, "{found:?}");
+        assert!((found.mse - found.bias2 - found.variance).abs() < 1e-12);
+        assert_eq!(parts([&a, &b], &reference, &reference, &vec![false; n]), None);
+        // Frames of this noise and a bias that stays flicker by the variance.
+        let then = noisy(1.0, 0.1);
+        let error = vec![[0.1; 3]; n];
+        let same: Vec<Option<u32>> = (0..n as u32).map(Some).collect();
+        let found = flicker([&a, &reference, &error], [&b, &then, &error], &same, &vec![true; n]).expect("pixels");
+        assert!((found - 0.04).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn what_the_eyes_disagree_on_is_split() {
+        let mut stream = Stream::new(4, 1);
+        let n = 40_000u32;
+        let mut eye =
+            |mean: f64| -> Vec<[f32; 3]> { (0..n).map(|_| [(mean + 0.1 * stream.normal()) as f32; 3]).collect() };
+        let (l1, r1, l2, r2) = (eye(1.1), eye(0.9), eye(1.1), eye(0.9));
+        let pairs: Vec<[u32; 2]> = (0..n).map(|i| [i, i]).collect();
+        let found = disagreement([[&l1, &r1], [&l2, &r2]], &pairs, 1e-3).expect("pairs");
+        assert!((found.lasting - 0.04).abs() < 2e-3 && (found.noise - 0.02).abs() < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_place_is_found_again_and_what_was_hidden_is_not() {
+        let view = View {
+            name: "v".to_owned(),
+            position: DVec3::new(0.0, 0.0, 2.0),
+            world_from_view: DQuat::IDENTITY,
+            vertical_fov_rad: 1.0,
+            ipd_m: 0.0,
+            cant_rad: 0.0,
+            near_m: 0.1,
+        };
+        let size = (16, 8);
+        let camera = |x: f64| -> StereoCamera {
+            View { position: view.position + DVec3::X * x, ..view.clone() }.stereo_camera(2.0)
+        };
+        assert_eq!(camera(0.0).left.fov, Fov::symmetric(1.0, 2.0));
+        // A wall two metres ahead: a pixel is 2·2·tan(0.5)/8 = 0.273 m wide.
+        let step = 4.0 * 0.5f64.tan() / 8.0;
+        let (depth, instance) = (vec![0.05f32; 128], vec![1u32; 128]);
+        let normal = vec![Vec3::Z; 128];
+        let (traced, numbers) = (vec![true; 128], vec![0.0f32; 128]);
+        let surfaces = EyeSurfaces {
+            traced: &traced,
+            depth: &depth,
+            instance: &instance,
+            normal: &normal,
+            face_normal: &normal,
+            roughness: &numbers,
+            inverse_hit_distance: &numbers,
+        };
+        let (here, there) = (camera(step), camera(0.0));
+        let still = [DAffine3::IDENTITY];
+        let seen = |camera: &'static EyeCamera, places: &'static [DAffine3]| Seen { camera, surfaces, places, size };
+        let leak = |c: StereoCamera| -> &'static EyeCamera { Box::leak(Box::new(c.left)) };
+        let places = |p: [DAffine3; 1]| -> &'static [DAffine3] { Box::leak(Box::new(p)) };
+        let found = before(seen(leak(here), places(still)), seen(leak(there), places(still)));
+        // The head moved a pixel to the right, so that everything stood a pixel further right before.
+        assert_eq!((found[0], found[14], found[15]), (Some(1), Some(15), None));
+        // The wall itself moved with the head: it stands where it stood.
+        let moved = [DAffine3::from_translation(DVec3::X * step)];
+        let found = before(seen(leak(here), places(moved)), seen(leak(there), places(still)));
+        assert_eq!((found[0], found[15]), (Some(0), Some(15)));
+        // Another instance stood there.
+        let other = vec![2u32; 128];
+        let then = Seen { surfaces: EyeSurfaces { instance: &other, ..surfaces }, ..seen(leak(there), places(still)) };
+        assert!(before(seen(leak(here), places(still)), then).iter().all(Option::is_none));
+    }
+}
