@@ -93,7 +93,8 @@ const History NO_HISTORY = History(vec4(0.0), vec4(0.0), vec2(0.0), 0.0, vec2(0.
 
 // What the neighbourhood of 3×3 pixels shows of the same surface in this frame.
 struct Neighbourhood {
-    vec3 mean;       // of C·L
+    float known;     // pixels that know some light
+    vec3 mean;       // of L
     vec3 deviation;
     float least;     // of the luminance of L
     float most;
@@ -178,32 +179,33 @@ bool last_image(Pixel p, vec3 was, vec3 normal_was, float far, uint reflected, o
 }
 
 Neighbourhood neighbourhood(Pixel p) {
-    vec3 sum = vec3(0.0), squares = vec3(0.0);
-    float l_sum = 0.0, l_squares = 0.0, count = 0.0, known = 0.0;
     Neighbourhood n;
+    n.known = 0.0;
     n.least = FLT_MAX;
     n.most = -FLT_MAX;
+    vec3 sum = vec3(0.0), squares = vec3(0.0);
+    float l_sum = 0.0, l_squares = 0.0;
     for (int i = 0; i < 9; ++i) {
         ivec3 texel = p.texel + ivec3(i % 3 - 1, i / 3 - 1, 0);
         if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, ivec2(frame.size)))) continue;
         if (load_guide(texel).instance != p.instance) continue;
         vec4 light = texelFetch(known_image, texel, 0);
-        count += 1.0;
-        sum += light.rgb;
-        squares += light.rgb * light.rgb;
         if (light.a <= 0.0) continue;
-        float l = known_luminance(light);
+        vec3 color = light.rgb / light.a;
+        float l = luminance(color);
+        n.known += 1.0;
+        sum += color;
+        squares += color * color;
         n.least = min(n.least, l);
         n.most = max(n.most, l);
         l_sum += l;
         l_squares += l * l;
-        known += 1.0;
     }
-    // The pixel itself always counts.
+    float count = max(n.known, 1.0);
     n.mean = sum / count;
     n.deviation = sqrt(max(squares / count - n.mean * n.mean, vec3(0.0)));
-    n.average = l_sum / max(known, 1.0);
-    n.variance = max(l_squares / max(known, 1.0) - n.average * n.average, 0.0);
+    n.average = l_sum / count;
+    n.variance = max(l_squares / count - n.average * n.average, 0.0);
     return n;
 }
 
@@ -294,7 +296,9 @@ void main() {
         share = max(CONSTANT_SHARE, share);
         if (WEIGHTS == 2u) {
             vec3 reach = CLAMP_DEVIATIONS * n.deviation;
-            h.light.rgb = clamp(h.light.rgb, n.mean - reach, n.mean + reach);
+            // The light, not how much of it is known.
+            vec3 l = h.light.rgb / max(h.light.a, 1e-6);
+            if (n.known > 0.0) h.light.rgb = clamp(l, n.mean - reach, n.mean + reach) * h.light.a;
         }
     } else if (own.a > 0.0 && h.light.a > 0.0) {
         float difference = known_luminance(own) - known_luminance(h.light);
@@ -310,12 +314,6 @@ void main() {
         float known_noise = max(noise, max(standing.z, n.variance));
         float squared = min(square(difference), square(LEARNED_OUTLIER) * known_noise);
         variance += (squared * frames / (frames + 1.0) - variance) / (learned + 1.0);
-    }
-    if (moving) {
-        // What left the view, or went behind something, was seen before.
-        float blind = smoothstep(0.2, 0.6, abs(own.a - h.light.a));
-        float mine = share * mix(1.0, own.a, blind), theirs = (1.0 - share) * mix(1.0, h.light.a, blind);
-        share = mine / max(mine + theirs, 1e-12);
     }
     vec4 light = mix(h.light, own, share);
     float count = 1.0 / max(square(share) + square(1.0 - share) / frames, 1e-12);

@@ -110,6 +110,26 @@ pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u
     (n > 0.0).then(|| sum / n)
 }
 
+/// The part of the flicker that is noise: what two runs' changes along the motion do not have in common. Neither the
+/// references' noise nor an error that both runs share is in it. `now` and `then` are the runs' frames.
+pub fn noise_flicker(
+    now: [&[[f32; 3]]; 2],
+    then: [&[[f32; 3]]; 2],
+    before: &[Option<u32>],
+    mask: &[bool],
+) -> Option<f64> {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
+        let Some(there) = there.map(|t| t as usize) else { continue };
+        for c in 0..3 {
+            let change = [0, 1].map(|run: usize| f64::from(now[run][i][c]) - f64::from(then[run][there][c]));
+            sum += (change[0] - change[1]).powi(2) / 4.0;
+            n += 1.0;
+        }
+    }
+    (n > 0.0).then(|| sum / n)
+}
+
 /// What the eyes disagree on in a frame: means over pairs of pixels that show the same reflection.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Disagreement {
@@ -158,6 +178,10 @@ mod tests {
         let error = vec![[0.1; 3]; n];
         let same: Vec<Option<u32>> = (0..n as u32).map(Some).collect();
         let found = flicker([&a, &reference, &error], [&b, &then, &error], &same, &vec![true; n]).expect("pixels");
+        assert!((found - 0.04).abs() < 1e-3, "{found}");
+        // Two runs of independent frames: the same, without a word of the references.
+        let (c, d) = (noisy(1.3, 0.2), noisy(1.3, 0.2));
+        let found = noise_flicker([&a, &b], [&c, &d], &same, &vec![true; n]).expect("pixels");
         assert!((found - 0.04).abs() < 1e-3, "{found}");
     }
 

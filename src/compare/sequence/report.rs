@@ -53,7 +53,7 @@ pub struct SequenceRow {
     pub ms: Groups,
     /// By measure: `mse`, `bias2`, `variance` of the outgoing reflection over the pixels that trace; the same as
     /// `glossy_mse` where the roughness lies between a mirror's and 0.3, and as `uncovered_mse` where the frame before did
-    /// not show the place; `flicker`; `lasting_contrast2` and `noise` between the eyes. See `metrics::sequence`.
+    /// not show the place; `flicker` and `noise_flicker`; `lasting_contrast2` and `noise` between the eyes. See `metrics::sequence`.
     pub means: BTreeMap<&'static str, Option<f64>>,
     /// Frames from the first cut on until the squared error has lost half of what it loses until the next cut or the end;
     /// 0: the frame after the cut has no more error than those that follow. `None`: no cut.

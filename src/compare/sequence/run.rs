@@ -14,7 +14,7 @@ use crate::compare::times::{self, Groups};
 use crate::compare::{CompareError, ratios, reference, run};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::metrics::sequence::{Seen, before, disagreement, flicker, parts};
+use crate::metrics::sequence::{Seen, before, disagreement, flicker, noise_flicker, parts};
 use crate::metrics::{Pairs, mean, pairs};
 use crate::picture::StereoPicture;
 use crate::render::{Geometry, Method, Prepared, Renderer, Settings};
@@ -190,10 +190,7 @@ impl Run {
             let glossy: Vec<bool> =
                 g.traced.iter().zip(&g.roughness).map(|(t, r)| *t && (delta..GLOSSY).contains(r)).collect();
             let uncovered: Vec<bool> = g.traced.iter().zip(&trails[eye]).map(|(t, b)| *t && b.is_none()).collect();
-            let of = |mask: &[bool]| {
-                let runs = [0, 1].map(|run: usize| own[run].eyes[eye].as_slice());
-                parts(runs, &now.reflection.eyes[eye], &now.error.eyes[eye], mask)
-            };
+            let of = |mask: &[bool]| parts(eye_of(own, eye), &now.reflection.eyes[eye], &now.error.eyes[eye], mask);
             let all = of(&g.traced);
             let flickers = [0, 1].map(|run: usize| {
                 let here = [&own[run], &now.reflection, &now.error].map(|p| p.eyes[eye].as_slice());
@@ -207,6 +204,7 @@ impl Run {
                 ("glossy_mse", of(&glossy).map(|p| p.mse)),
                 ("uncovered_mse", of(&uncovered).map(|p| p.mse)),
                 ("flicker", flickers[0].zip(flickers[1]).map(|(a, b)| (a + b) / 2.0)),
+                ("noise_flicker", noise_flicker(eye_of(own, eye), eye_of(own_before, eye), &trails[eye], &g.traced)),
             ];
             for (name, value) in found {
                 sums.entry(name).or_default().push(value);
@@ -248,6 +246,11 @@ impl Run {
             equal_time: None,
         }
     }
+}
+
+/// One eye of both runs.
+fn eye_of(runs: &Runs, eye: usize) -> [&[[f32; 3]]; 2] {
+    runs.each_ref().map(|run| run.eyes[eye].as_slice())
 }
 
 /// Frames until an error has lost half of what it loses; what it comes to is the mean of its last quarter.

@@ -4,8 +4,17 @@ use super::report::{SequenceRow, SequenceScene, SequenceSummary};
 use crate::compare::ratios::geometric;
 
 /// Measures that are compared, in the order of the tables.
-pub const MEASURES: [&str; 8] =
-    ["mse", "bias2", "variance", "glossy_mse", "uncovered_mse", "flicker", "lasting_contrast2", "noise"];
+pub const MEASURES: [&str; 9] = [
+    "mse",
+    "bias2",
+    "variance",
+    "glossy_mse",
+    "uncovered_mse",
+    "flicker",
+    "noise_flicker",
+    "lasting_contrast2",
+    "noise",
+];
 
 /// Geometric means; a scene whose ratio is no positive number has no vote.
 pub fn over_scenes(scenes: &[SequenceScene]) -> Vec<SequenceSummary> {

@@ -6,8 +6,17 @@ use super::report::{SequenceReport, SequenceScene};
 use super::summary::{MEASURES, ratios};
 
 /// What the columns are called, in the order of [`MEASURES`].
-const TITLES: [&str; 8] =
-    ["MSE", "bias²", "variance", "MSE, glossy", "MSE, uncovered", "flicker", "lasting contrast²", "noise"];
+const TITLES: [&str; 9] = [
+    "MSE",
+    "bias²",
+    "variance",
+    "MSE, glossy",
+    "MSE, uncovered",
+    "flicker",
+    "flicker, noise",
+    "lasting contrast²",
+    "noise",
+];
 
 /// The whole document. Definitions stand in `docs/compare.md`.
 pub fn markdown(report: &SequenceReport) -> String {
