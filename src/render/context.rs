@@ -6,7 +6,7 @@ use ash::vk;
 use glam::DVec3;
 
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
-use crate::scene::{Eye, Fallback, Scene, StereoCamera};
+use crate::scene::{Eye, Fallback, Instance, Scene, StereoCamera};
 
 use super::baked::BakedLight;
 use super::settings::{Firefly, Settings, Streams};
@@ -148,21 +148,20 @@ fn frame_uniform(
 /// Corners of the scene and the head.
 fn bounds(scene: &Scene, head: DVec3) -> [DVec3; 2] {
     let (mut low, mut high) = (head, head);
-    for instance in &scene.instances {
-        let p = &scene.primitives[instance.primitive];
-        let Some(first) = p.positions.first() else { continue };
-        let (mut a, mut b) = (*first, *first);
-        for &q in &p.positions {
-            a = a.min(q);
-            b = b.max(q);
-        }
-        for corner in 0..8 {
-            let pick = |bit: u32, i: usize| if corner >> bit & 1 == 1 { b[i] } else { a[i] };
-            let corner = DVec3::new(f64::from(pick(0, 0)), f64::from(pick(1, 1)), f64::from(pick(2, 2)));
-            let world = instance.world_from_object.transform_point3(corner);
-            low = low.min(world);
-            high = high.max(world);
-        }
+    for corner in scene.instances.iter().flat_map(|i| instance_corners(scene, i)) {
+        low = low.min(corner);
+        high = high.max(corner);
     }
     [low, high]
+}
+
+/// Corners of the box of its object's space that an instance fills, world space; its place alone if it is empty.
+pub fn instance_corners(scene: &Scene, instance: &Instance) -> [DVec3; 8] {
+    let positions = &scene.primitives[instance.primitive].positions;
+    let first = positions.first().copied().unwrap_or_default();
+    let (low, high) = positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+    std::array::from_fn(|corner| {
+        let pick = |i: usize| f64::from(if corner >> i & 1 == 1 { high[i] } else { low[i] });
+        instance.world_from_object.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    })
 }

@@ -7,13 +7,16 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 9] = [
+const OF_VIEWS: [&str; 12] = [
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",
     "reproject.comp",
     "resolve.comp",
     "resolve_select.comp",
+    "shadow_map.frag",
+    "shadow_map.vert",
+    "shadows_mapped.comp",
     "trace.comp",
     "trace_one_loop.comp",
     "trace_other_eye.comp",
