@@ -79,7 +79,7 @@ fn host() -> BTreeMap<String, Layout> {
         layout!(TextureData { offset, width, height, flags }),
         layout!(EmitterData { triangle, cumulative }),
         layout!(ShadowMapData { right, up, forward, scale, near, far }),
-        layout!(LightMapsData { first, count }),
+        layout!(LightMapsData { first, count, dimming }),
         layout!(CountersData {
             nan,
             inf,

@@ -1,7 +1,8 @@
 // Which share of a light reaches a point, looked up in depth maps from the light: the answer of shadow.glsl, quicker and
 // coarser. What is compared with a texel is the depth that the point's own plane has at the texel's centre, so that a plane
 // hides none of itself at any slant and under any width of the filter (receiver plane: Schüler 2006, Isidoro 2006).
-// Needs `maps` (ShadowMapData[]), `light_maps` (LightMapsData[]) and `shadow_map` (sampler2DArray) from the includer.
+// Needs `maps` (ShadowMapData[]), `light_maps` (LightMapsData[]), `shadow_map`
+// (sampler2DArray) and HAS_GLASS (some material transmits) from the includer.
 #ifndef SHADOW_MAP_GLSL
 #define SHADOW_MAP_GLSL
 #include "math.glsl"
@@ -76,9 +77,8 @@ float gap(Seen s, vec2 texel) {
     return max(plane_ahead(s, vec2(whole) + 0.5) - ahead, 0.0);
 }
 
-// Over 4×4 texels, linear in the place. The darker half of an edge counts as dark: a wall that the light does not pass
-// lets none of it through along its rim.
-float hard_share(Seen s) {
+// The share of 4×4 texels that nothing hides, linear in the place.
+float open_share(Seen s) {
     vec2 from = center_texel(s) - 0.5;
     vec2 f = fract(from), base = floor(from) - 0.5;
     float sum = 0.0;
@@ -89,8 +89,12 @@ float hard_share(Seen s) {
             sum += gap(s, base + vec2(x, y)) > 0.0 ? 0.0 : weight;
         }
     }
-    return clamp(sum * (2.0 / 9.0) - 1.0, 0.0, 1.0);
+    return sum * (1.0 / 9.0);
 }
+
+// The darker half of an edge counts as dark: a wall that the light does not pass lets none of it through along its rim. A
+// tenth more, because an edge runs through its texels in steps.
+float hard_share(Seen s) { return clamp(2.5 * open_share(s) - 1.5, 0.0, 1.0); }
 
 // Tap k of n on the unit disc (Vogel 1979).
 vec2 on_spiral(int k, int n, float turn) {
@@ -106,13 +110,12 @@ float widest_edge(Seen s, float size) {
     return min(min(3.0 * size / max(s.at.z, 1e-12), GUARD / max(maps[s.map].scale.x, 1e-12)) * texels, WIDEST);
 }
 
-// The filter is as wide as the light's disc seen through what hides it (Fernando 2005). Of several the nearest to the
-// surface weigh most: what stands on it hides the light sharply.
-float soft_share(Seen s, float size, float turn) {
-    float search = widest_edge(s, size);
-    if (search < NARROW) return hard_share(s);
+// How wide the shadow's edge is by what hides the point within some texels of it, likewise in texels; and which share of
+// the taps is hidden. Of several distances the nearest to the surface weigh most.
+float edge_by(Seen s, float size, float search, float turn, out float hidden) {
     vec2 center = center_texel(s);
-    float hidden = 0.0, inverse = 0.0;
+    float inverse = 0.0;
+    hidden = 0.0;
     for (int k = 0; k < SEARCH_TAPS; ++k) {
         float g = gap(s, center + search * on_spiral(k, SEARCH_TAPS, turn));
         if (g > 0.0) {
@@ -120,13 +123,27 @@ float soft_share(Seen s, float size, float turn) {
             inverse += 1.0 / g;
         }
     }
-    if (hidden == 0.0) return 1.0;
-    if (hidden == float(SEARCH_TAPS)) return 0.0;
-    float before = min(hidden / inverse, s.at.z);
+    float before = min(hidden / max(inverse, 1e-12), s.at.z);
+    hidden /= float(SEARCH_TAPS);
     float width = size * before;
     if (s.far == 0.0) width /= max(s.at.z * (s.at.z - before), 1e-12);
-    width = min(width * min(s.texels.x, -s.texels.y), search);
+    return min(width * min(s.texels.x, -s.texels.y), search);
+}
+
+// The filter is as wide as the light's disc seen through what hides it (Fernando 2005). Looked for twice, the second time
+// as near as the first answer says: along the rim of a wall that runs towards the light, what is far from the point is far
+// before it, too, and does not soften the shadow at the point.
+float soft_share(Seen s, float size, float turn) {
+    float width = widest_edge(s, size);
+    for (int k = 0; k < 2; ++k) {
+        if (width < NARROW) return hard_share(s);
+        float hidden;
+        width = edge_by(s, size, width, turn, hidden);
+        if (hidden == 0.0) return 1.0;
+        if (hidden == 1.0) return 0.0;
+    }
     if (width < NARROW) return hard_share(s);
+    vec2 center = center_texel(s);
     float open = 0.0;
     for (int k = 0; k < FILTER_TAPS; ++k) {
         open += gap(s, center + width * on_spiral(k, FILTER_TAPS, turn)) > 0.0 ? 0.0 : 1.0;
@@ -134,12 +151,25 @@ float soft_share(Seen s, float size, float turn) {
     return open / float(FILTER_TAPS);
 }
 
-float share_in(uint map, LightData light, vec3 position, vec3 normal, float turn) {
-    Seen s = see(map, position, normal);
-    if (s.far == 0.0 && s.at.z <= s.near) return 1.0;
+// Of what stops light.
+float stopped_share(Seen s, LightData light, float turn) {
     // A point within the light sees it as a disc half as far away as its centre.
     float size = s.far > 0.0 ? light.size : min(light.size, 0.5 * s.at.z);
     return light.size == 0.0 ? hard_share(s) : soft_share(s, size, turn);
+}
+
+// `dimming`: as LightMapsData has it. What dims light casts no soft shadow: its filter is as wide as its dither.
+float share_in(uint map, uint dimming, LightData light, vec3 position, vec3 normal, float turn) {
+    Seen s = see(map, position, normal);
+    if (s.far == 0.0 && s.at.z <= s.near) return 1.0;
+    if (HAS_GLASS != 0u && dimming != 0u) {
+        Seen through = s;
+        through.map += dimming;
+        float open = open_share(through);
+        if (open == 0.0) return 0.0;
+        return open * stopped_share(s, light, turn);
+    }
+    return stopped_share(s, light, turn);
 }
 
 // The side of a cube that a direction goes through, +x −x +y −y +z −z. Twin: `cube` in sight.rs.
@@ -164,19 +194,19 @@ bool is_too_fine(uint map, LightData light, vec3 position) {
 
 // Of light i, a place in the maps' space. `turn`: an angle that spreads the taps.
 float mapped_share(uint i, LightData light, vec3 position, vec3 normal, float turn) {
-    uint first = light_maps[i].first, count = light_maps[i].count;
+    uint first = light_maps[i].first, count = light_maps[i].count, dimming = light_maps[i].dimming;
     if (count == 0u) return 1.0;
     if (light.kind != 0u) {
         uint side = count == 1u ? 0u : cube_side(position - light.position);
-        return share_in(first + side, light, position, normal, turn);
+        return share_in(first + side, dimming, light, position, normal, turn);
     }
     uint last = first + count - 1u;
     uint map = first;
     while (map < last && (from_center(map, position) > FADE_TO || is_too_fine(map, light, position))) ++map;
-    float share = share_in(map, light, position, normal, turn);
+    float share = share_in(map, dimming, light, position, normal, turn);
     if (map < last) {
         float next = smoothstep(FADE_FROM, FADE_TO, from_center(map, position));
-        if (next > 0.0) share = mix(share, share_in(map + 1u, light, position, normal, turn), next);
+        if (next > 0.0) share = mix(share, share_in(map + 1u, dimming, light, position, normal, turn), next);
     }
     return share;
 }

@@ -97,10 +97,12 @@ struct ShadowMapData {
     float far;              // metres ahead; 0: the rays meet in a light, and there is no end
 };
 
-// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on.
+// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
+// there is transmitting matter: after those of what stops light, as many of what dims it.
 struct LightMapsData {
     uint first;
-    uint count;
+    uint count;             // of what stops light
+    uint dimming;           // what takes a layer to that of what dims light; 0: there is none
 };
 
 // Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).

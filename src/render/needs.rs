@@ -61,7 +61,7 @@ impl Needs {
     /// What `method` needs of `scene`.
     pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> Needs {
         let all = settings.all_passes;
-        let used = || scene.instances.iter().map(|i| &scene.materials[scene.primitives[i.primitive].material]);
+        let used = || scene.instances.iter().map(|i| scene.material_of(i));
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
         let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));

@@ -214,12 +214,16 @@ pub struct ShadowMapData {
     pub far: f32,
 }
 
-/// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on.
+/// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
+/// there is transmitting matter: after those of what stops light, as many of what dims it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct LightMapsData {
     pub first: u32,
+    /// Of what stops light.
     pub count: u32,
+    /// What takes a layer to that of what dims light; 0: there is none.
+    pub dimming: u32,
 }
 
 /// What a submission counted on the device.
@@ -312,5 +316,5 @@ const _: () = {
     assert!(size_of::<NodeData>() == 64);
     assert!(size_of::<TriangleData>() == 48);
     assert!(size_of::<ShadowMapData>() == 64);
-    assert!(size_of::<LightMapsData>() == 8);
+    assert!(size_of::<LightMapsData>() == 12);
 };

@@ -39,6 +39,9 @@ pub struct StimulusRequest {
     /// Indirect diffuse light instead of the environment's.
     #[serde(default, skip_serializing_if = "is_false")]
     pub indirect: bool,
+    /// What occludes ambient light; none: nothing does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ao: Option<String>,
 }
 
 impl StimulusRequest {
@@ -59,6 +62,7 @@ impl StimulusRequest {
             antialias: stimuli.antialias,
             shadows: stimuli.shadows,
             indirect: stimuli.indirect,
+            ao: stimuli.ao.clone().filter(|name| name != "none"),
         }
     }
 

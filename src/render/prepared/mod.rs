@@ -81,7 +81,7 @@ impl Passes {
                 .filter(|_| needs.shadow_rays())
                 .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
                 .transpose()?,
-            mapped_shadows: needs.shadow_maps.then(|| MappedShadowsPass::new(gpu)).transpose()?,
+            mapped_shadows: needs.shadow_maps.then(|| MappedShadowsPass::new(gpu, needs)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             march: match needs.screen_space {

@@ -32,7 +32,7 @@ impl DrawPass {
     /// # Errors
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, scene: &Scene, resources: &SceneResources) -> Result<DrawPass, GpuError> {
-        let used = || scene.instances.iter().map(|i| &scene.materials[scene.primitives[i.primitive].material]);
+        let used = || scene.instances.iter().map(|i| scene.material_of(i));
         let has_mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let has_glass = used().any(|m| m.transmission > 0.0);
         let pass = RasterPass::new(

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use super::super::context::Context;
+use super::super::needs::Needs;
 use super::super::shaders;
 use super::super::targets::Targets;
 use super::ShadowMaps;
@@ -18,9 +19,9 @@ pub struct MappedShadowsPass {
 impl MappedShadowsPass {
     /// # Errors
     /// What the device said.
-    pub fn new(gpu: &Rc<Gpu>) -> Result<MappedShadowsPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<MappedShadowsPass, GpuError> {
         let words = shaders::SHADOWS_MAPPED_COMP.words();
-        Ok(MappedShadowsPass { pass: ComputePass::new(gpu, "shadows_mapped", &words, &[])? })
+        Ok(MappedShadowsPass { pass: ComputePass::new(gpu, "shadows_mapped", &words, &[u32::from(needs.glass)])? })
     }
 
     /// Writes `direct` of [`Targets`].

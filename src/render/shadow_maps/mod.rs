@@ -45,7 +45,7 @@ const MAPS_A_SUBMISSION: usize = 32;
 
 /// A cascade that follows the head.
 struct Following {
-    layer: usize,
+    layers: Vec<usize>,
     along: Along,
     /// Metres.
     half: f64,
@@ -78,8 +78,11 @@ pub struct ShadowMaps {
 }
 
 /// What a layer of the image shows.
+#[derive(Clone, Copy)]
 struct Layer {
     sight: Sight,
+    /// What dims light, and not what stops it.
+    dims: bool,
     /// Where the light ends: its place and range, metres.
     reach: Option<(DVec3, f64)>,
 }
@@ -152,8 +155,10 @@ impl ShadowMaps {
         for cascade in &self.following {
             if cascade.center.get().is_none_or(|c| c.distance(head) > FOLLOW * cascade.half) {
                 let sight = cascade.along.about(head - self.origin, cascade.half, self.side);
-                self.layers.borrow_mut()[cascade.layer].sight = sight;
-                self.due.borrow_mut().insert(cascade.layer);
+                for &layer in &cascade.layers {
+                    self.layers.borrow_mut()[layer].sight = sight;
+                    self.due.borrow_mut().insert(layer);
+                }
                 cascade.center.set(Some(head));
             }
         }
@@ -170,7 +175,9 @@ impl ShadowMaps {
             for &layer in some {
                 let inputs = DrawInputs { maps: &self.sights, instances: &self.instances };
                 let scene = (&*self.scene, &*self.resources);
-                let casts = |number: usize| layers[layer].shows(&self.boxes[number]);
+                let dims = |number: usize| self.scene.material_of(&self.scene.instances[number]).transmission > 0.0;
+                let shown = layers[layer];
+                let casts = |number: usize| dims(number) == shown.dims && shown.shows(&self.boxes[number]);
                 self.draw.record(&mut frame, scene, &inputs, (&self.image, layer), casts)?;
             }
             times.extend(frame.finish()?);
@@ -195,17 +202,27 @@ impl Layer {
 impl Plan {
     fn new(scene: &Scene, boxes: &[Corners], (origin, radius): (DVec3, f64), most_layers: usize) -> Plan {
         let mut plan = Plan { lights: Vec::new(), layers: Vec::new(), following: Vec::new() };
+        let dims = scene.instances.iter().any(|i| scene.material_of(i).transmission > 0.0);
         for light in &scene.lights {
-            let first = plan.layers.len();
+            let (first, followed) = (plan.layers.len(), plan.following.len());
             if light.casts_shadow && !boxes.is_empty() {
                 plan.add(light, boxes, origin, radius);
             }
+            let mut count = plan.layers.len() - first;
+            if dims {
+                for cascade in &mut plan.following[followed..] {
+                    cascade.layers.push(cascade.layers[0] + count);
+                }
+                plan.layers.extend_from_within(first..);
+                plan.layers[first + count..].iter_mut().for_each(|layer| layer.dims = true);
+            }
             if plan.layers.len() > most_layers {
                 plan.layers.truncate(first);
-                plan.following.retain(|f| f.layer < first);
+                plan.following.truncate(followed);
+                count = 0;
             }
-            let count = plan.layers.len() - first;
-            plan.lights.push(LightMapsData { first: first as u32, count: count as u32 });
+            let dimming = if dims { count } else { 0 };
+            plan.lights.push(LightMapsData { first: first as u32, count: count as u32, dimming: dimming as u32 });
         }
         plan
     }
@@ -219,11 +236,11 @@ impl Plan {
                     halves.insert(0, halves[0] / CASCADE_STEP);
                 }
                 for &half in &halves[..halves.len() - 1] {
-                    let layer = self.layers.len();
-                    self.following.push(Following { layer, along, half, center: Cell::new(None) });
-                    self.layers.push(Layer { sight: along.all(), reach: None });
+                    let layers = vec![self.layers.len()];
+                    self.following.push(Following { layers, along, half, center: Cell::new(None) });
+                    self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
                 }
-                self.layers.push(Layer { sight: along.all(), reach: None });
+                self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
             }
             LightSource::Point { position, range_m, .. } => {
                 self.add_meeting(&sight::cube(position - origin, radius), position - origin, range_m);
@@ -240,6 +257,6 @@ impl Plan {
 
     fn add_meeting(&mut self, sights: &[Sight], position: DVec3, range_m: f32) {
         let reach = Some((position, f64::from(range_m)));
-        self.layers.extend(sights.iter().map(|&sight| Layer { sight, reach }));
+        self.layers.extend(sights.iter().map(|&sight| Layer { sight, dims: false, reach }));
     }
 }

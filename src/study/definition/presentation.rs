@@ -110,6 +110,9 @@ pub struct Stimuli {
     /// Indirect diffuse light, gathered once a scene, instead of the environment's.
     #[serde(skip_serializing_if = "is_false")]
     pub indirect: bool,
+    /// What occludes ambient light: `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`; none: nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ao: Option<String>,
     /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub samples: BTreeMap<String, u32>,
@@ -127,6 +130,7 @@ impl Default for Stimuli {
             antialias: None,
             shadows: true,
             indirect: false,
+            ao: None,
             samples: BTreeMap::new(),
         }
     }
