@@ -12,8 +12,8 @@ const float LIFT = 0.5;
 // The plane is followed away from the light up to this slope.
 const float STEEPEST = 20.0;
 // Taps that look for what hides the light, and that find its share.
-const int SEARCH_TAPS = 12;
-const int FILTER_TAPS = 24;
+const int SEARCH_TAPS = 8;
+const int FILTER_TAPS = 16;
 // A filter this narrow, in texels, is the one of a hard shadow.
 const float NARROW = 2.0;
 // The widest, in texels: of a cascade that another one lies around, and of any map.

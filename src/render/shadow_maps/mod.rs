@@ -26,7 +26,7 @@ use crate::scene::{Light, LightSource, Scene};
 
 use draw::{DrawInputs, DrawPass};
 pub use lookup::MappedShadowsPass;
-use sight::{Along, Corners, Sight};
+use sight::{Along, Bulb, Corners, Sight};
 
 /// Texels of all maps together, at the most: 128 MiB.
 const MOST_TEXELS: u64 = 1 << 25;
@@ -228,6 +228,8 @@ impl Plan {
     }
 
     fn add(&mut self, light: &Light, boxes: &[Corners], origin: DVec3, radius: f64) {
+        let bulb =
+            |position: DVec3| Bulb { position: position - origin, radius: f64::from(light.size), scene_radius: radius };
         match light.source {
             LightSource::Directional { direction, .. } => {
                 let along = Along::new(direction.as_dvec3(), boxes, radius);
@@ -243,13 +245,13 @@ impl Plan {
                 self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
             }
             LightSource::Point { position, range_m, .. } => {
-                self.add_meeting(&sight::cube(position - origin, radius), position - origin, range_m);
+                self.add_meeting(&sight::cube(bulb(position)), position - origin, range_m);
             }
             LightSource::Spot { position, direction, range_m, outer_rad, .. } => {
                 let at = position - origin;
-                match sight::spot(at, direction.as_dvec3(), f64::from(outer_rad), radius) {
+                match sight::spot(bulb(position), direction.as_dvec3(), f64::from(outer_rad)) {
                     Some(one) => self.add_meeting(&[one], at, range_m),
-                    None => self.add_meeting(&sight::cube(at, radius), at, range_m),
+                    None => self.add_meeting(&sight::cube(bulb(position)), at, range_m),
                 }
             }
         }

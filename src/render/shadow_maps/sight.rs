@@ -9,8 +9,9 @@ use super::super::shared::ShadowMapData;
 const GUARD: f64 = 0.15;
 /// Half the angle of the widest spot that one map covers; a wider one takes a cube.
 const WIDEST_SPOT_RAD: f64 = 1.22;
-/// Matter nearer to a point or spot light than this share of the scene's radius does not hide it.
-const NEAREST: f64 = 1e-4;
+/// Matter nearer to a point or spot light than its own radius does not hide it, such as the pole of the lamp that it stands
+/// for: from the light's centre it would hide everything. At least and at most these shares of the scene's radius.
+const NEAREST: [f64; 2] = [1e-4, 0.1];
 
 /// One map's view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,14 @@ pub struct Sight {
     near: f64,
     /// Metres ahead; `None`: rays meet in a light, and there is no end.
     far: Option<f64>,
+}
+
+/// Where rays meet, metres.
+#[derive(Debug, Clone, Copy)]
+pub struct Bulb {
+    pub position: DVec3,
+    pub radius: f64,
+    pub scene_radius: f64,
 }
 
 /// Corners of a box, metres.
@@ -46,19 +55,20 @@ fn looking(along: DVec3) -> DMat3 {
 }
 
 /// The maps of a point light: +x −x +y −y +z −z (twin: `cube_side` in shadow_map.glsl).
-pub fn cube(position: DVec3, radius: f64) -> [Sight; 6] {
+pub fn cube(light: Bulb) -> [Sight; 6] {
     let ways = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    ways.map(|way| meeting(position, way, 1.0, radius))
+    ways.map(|way| meeting(light, way, 1.0))
 }
 
 /// The map of a spot light, or `None` where its cone is too wide for one.
-pub fn spot(position: DVec3, direction: DVec3, outer_rad: f64, radius: f64) -> Option<Sight> {
-    (outer_rad <= WIDEST_SPOT_RAD).then(|| meeting(position, direction, outer_rad.tan().max(1e-3), radius))
+pub fn spot(light: Bulb, direction: DVec3, outer_rad: f64) -> Option<Sight> {
+    (outer_rad <= WIDEST_SPOT_RAD).then(|| meeting(light, direction, outer_rad.tan().max(1e-3)))
 }
 
-fn meeting(from: DVec3, way: DVec3, tangent: f64, radius: f64) -> Sight {
+fn meeting(light: Bulb, way: DVec3, tangent: f64) -> Sight {
     let scale = DVec2::splat(1.0 / (tangent + GUARD));
-    Sight { axes: looking(way), from, scale, near: NEAREST * radius, far: None }
+    let [least, most] = NEAREST.map(|share| share * light.scene_radius);
+    Sight { axes: looking(way), from: light.position, scale, near: light.radius.clamp(least, most), far: None }
 }
 
 impl Along {
@@ -136,7 +146,7 @@ mod tests {
 
     #[test]
     fn each_side_of_a_cube_sees_what_is_before_it() {
-        let sides = cube(DVec3::new(1.0, 2.0, 3.0), 10.0);
+        let sides = cube(Bulb { position: DVec3::new(1.0, 2.0, 3.0), radius: 0.0, scene_radius: 10.0 });
         let ways = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
         for (i, way) in ways.into_iter().enumerate() {
             let there = box_at(DVec3::new(1.0, 2.0, 3.0) + 5.0 * way, 0.5);
@@ -157,7 +167,8 @@ mod tests {
 
     #[test]
     fn a_wide_spot_takes_a_cube() {
-        assert!(spot(DVec3::ZERO, DVec3::NEG_Y, 0.6, 1.0).is_some());
-        assert!(spot(DVec3::ZERO, DVec3::NEG_Y, 1.5, 1.0).is_none());
+        let bulb = Bulb { position: DVec3::ZERO, radius: 0.0, scene_radius: 1.0 };
+        assert!(spot(bulb, DVec3::NEG_Y, 0.6).is_some());
+        assert!(spot(bulb, DVec3::NEG_Y, 1.5).is_none());
     }
 }

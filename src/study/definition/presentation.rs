@@ -110,7 +110,8 @@ pub struct Stimuli {
     /// Indirect diffuse light, gathered once a scene, instead of the environment's.
     #[serde(skip_serializing_if = "is_false")]
     pub indirect: bool,
-    /// What occludes ambient light: `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`; none: nothing does.
+    /// Method of ambient occlusion, `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`; none, or `none`: nothing occludes
+    /// ambient light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ao: Option<String>,
     /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
