@@ -96,10 +96,10 @@ float open_share(Seen s) {
 // tenth more, because an edge runs through its texels in steps.
 float hard_share(Seen s) { return clamp(2.5 * open_share(s) - 1.5, 0.0, 1.0); }
 
-// Tap k of n on the unit disc (Vogel 1979).
-vec2 on_spiral(int k, int n, float turn) {
+// The direction of tap k of a spiral (Vogel 1979).
+vec2 around(int k, float turn) {
     float phi = float(k) * 2.39996323 + turn;
-    return sqrt((float(k) + 0.5) / float(n)) * vec2(cos(phi), sin(phi));
+    return vec2(cos(phi), sin(phi));
 }
 
 // The widest that the shadow's edge may be where the point is, texels.
@@ -107,7 +107,7 @@ float widest_edge(Seen s, float size) {
     float texels = min(s.texels.x, -s.texels.y);
     if (s.far > 0.0) return min(size * (s.at.z - s.near) * texels, WIDEST);
     // As wide as from half-way and somewhat nearer to the light; the map's band ends there.
-    return min(min(3.0 * size / max(s.at.z, 1e-12), GUARD / max(maps[s.map].scale.x, 1e-12)) * texels, WIDEST);
+    return min(min(1.5 * size / max(s.at.z, 1e-12), GUARD / max(maps[s.map].scale.x, 1e-12)) * texels, WIDEST);
 }
 
 // How wide the shadow's edge is by what hides the point within some texels of it, likewise in texels; and which share of
@@ -117,7 +117,8 @@ float edge_by(Seen s, float size, float search, float turn, out float hidden) {
     float inverse = 0.0;
     hidden = 0.0;
     for (int k = 0; k < SEARCH_TAPS; ++k) {
-        float g = gap(s, center + search * on_spiral(k, SEARCH_TAPS, turn));
+        // Densest at the point itself: what stands there must not be missed.
+        float g = gap(s, center + (search * float(k) / float(SEARCH_TAPS - 1)) * around(k, turn));
         if (g > 0.0) {
             hidden += 1.0;
             inverse += 1.0 / g;
@@ -138,38 +139,58 @@ float soft_share(Seen s, float size, float turn) {
     for (int k = 0; k < 2; ++k) {
         if (width < NARROW) return hard_share(s);
         float hidden;
-        width = edge_by(s, size, width, turn, hidden);
-        if (hidden == 0.0) return 1.0;
-        if (hidden == 1.0) return 0.0;
+        float found = edge_by(s, size, width, turn, hidden);
+        if (k == 0 && hidden == 0.0) return 1.0;
+        if (k == 0 && hidden == 1.0) return 0.0;
+        if (hidden > 0.0) width = found;
     }
     if (width < NARROW) return hard_share(s);
     vec2 center = center_texel(s);
     float open = 0.0;
     for (int k = 0; k < FILTER_TAPS; ++k) {
-        open += gap(s, center + width * on_spiral(k, FILTER_TAPS, turn)) > 0.0 ? 0.0 : 1.0;
+        open += gap(s, center + width * sqrt((float(k) + 0.5) / float(FILTER_TAPS)) * around(k, turn)) > 0.0 ? 0.0 : 1.0;
     }
     return open / float(FILTER_TAPS);
 }
 
 // Of what stops light.
-float stopped_share(Seen s, LightData light, float turn) {
-    // A point within the light sees it as a disc half as far away as its centre.
-    float size = s.far > 0.0 ? light.size : min(light.size, 0.5 * s.at.z);
-    return light.size == 0.0 ? hard_share(s) : soft_share(s, size, turn);
+float stopped_share(Seen s, float size, float turn) { return size == 0.0 ? hard_share(s) : soft_share(s, size, turn); }
+
+// Of what dims light. Every residue of the texels by four has one weight in all, so that the dither of an even surface
+// gives one share everywhere; so it does where only every third, fifth … texel is read, for a soft edge.
+float dimmed_share(Seen s, float size, float turn) {
+    float every = 1.0, search = widest_edge(s, size);
+    if (search >= NARROW) {
+        float hidden;
+        float width = edge_by(s, size, search, turn, hidden);
+        if (hidden > 0.0) every = 2.0 * floor(0.25 * width) + 1.0;
+    }
+    vec2 from = (center_texel(s) - 0.5) / every + 0.5;
+    vec2 f = fract(from), base = floor(from) - 2.0;
+    float sum = 0.0;
+    for (int y = 0; y < 5; ++y) {
+        float row = y == 0 ? 1.0 - f.y : (y == 4 ? f.y : 1.0);
+        for (int x = 0; x < 5; ++x) {
+            float weight = row * (x == 0 ? 1.0 - f.x : (x == 4 ? f.x : 1.0));
+            sum += gap(s, (base + vec2(x, y)) * every + 0.5) > 0.0 ? 0.0 : weight;
+        }
+    }
+    return sum * (1.0 / 16.0);
 }
 
-// `dimming`: as LightMapsData has it. What dims light casts no soft shadow: its filter is as wide as its dither.
+// `dimming`: as LightMapsData has it.
 float share_in(uint map, uint dimming, LightData light, vec3 position, vec3 normal, float turn) {
     Seen s = see(map, position, normal);
     if (s.far == 0.0 && s.at.z <= s.near) return 1.0;
+    // A point within the light sees it as a disc half as far away as its centre.
+    float size = s.far > 0.0 ? light.size : min(light.size, 0.5 * s.at.z);
     if (HAS_GLASS != 0u && dimming != 0u) {
         Seen through = s;
         through.map += dimming;
-        float open = open_share(through);
-        if (open == 0.0) return 0.0;
-        return open * stopped_share(s, light, turn);
+        float stopped = stopped_share(s, size, turn);
+        return stopped == 0.0 ? 0.0 : stopped * dimmed_share(through, size, turn);
     }
-    return stopped_share(s, light, turn);
+    return stopped_share(s, size, turn);
 }
 
 // The side of a cube that a direction goes through, +x −x +y −y +z −z. Twin: `cube` in sight.rs.
