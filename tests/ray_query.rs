@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use cyclopean::gpu::Gpu;
 use cyclopean::picture::StereoPicture;
-use cyclopean::render::{Method, Rendered, Renderer, Request, Settings, Trace};
+use cyclopean::render::{Ao, AoSettings, Method, Rendered, Renderer, Request, Settings, Trace};
 use cyclopean::scene::{self, Alpha, Fallback, Material, Scene, Texture, TextureRef, Wrap};
 use cyclopean::stress::shapes::{hall, place, upright};
 use glam::{DQuat, Mat3, Vec3};
@@ -117,7 +117,7 @@ fn inside() {
         assert!(mean.abs() < 4.0 / n.sqrt(), "{name}: mean of Δ/σ is {mean} over {n} pixels");
         // 0.27 % of a normal law; few paths have heavier tails.
         assert!(beyond < 0.03, "{name}: {:.2} % of {n} pixels lie beyond 3 σ", 100.0 * beyond);
-        // The other three shaders that ask the geometry.
+        // The other shaders that ask the geometry.
         for method in ["path-traced@2-resolved", "sssr", "stereo-hybrid"] {
             let (x, y) = (by(Trace::Bvh, 1, method), by(Trace::RayQuery, 1, method));
             let apart = green(&x.linear).zip(green(&y.linear)).filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
@@ -128,6 +128,20 @@ fn inside() {
             // A ray that rounding takes past an edge, or past the edge of a shadow, is shared by 25 pixels.
             assert!(apart < 0.02 && difference < 0.005, "{name}, {method}: {apart} of the pixels, {difference}");
         }
+        // And the one that finds ambient occlusion: the same rays in every pixel.
+        let ao = |trace: Trace| {
+            let ao = AoSettings { method: Ao::RayTraced, rays: 64, ..AoSettings::default() };
+            let settings = Settings { trace, ao, ..settings(96, 54) };
+            let rendered = render(&gpu, &scene, "sssr", &settings);
+            green(&rendered.ambient_visibility.expect("ambient light is occluded")).collect::<Vec<f64>>()
+        };
+        let (x, y) = (ao(Trace::Bvh), ao(Trace::RayQuery));
+        let hidden = x.iter().filter(|v| **v < 0.9).count();
+        let apart_by_ray = x.iter().zip(&y).filter(|(a, b)| (*a - *b).abs() > 1.5 / 64.0).count() as f64;
+        let difference = x.iter().zip(&y).map(|(a, b)| (a - b).abs()).sum::<f64>() / x.len() as f64;
+        println!("{name}, ambient occlusion: {apart_by_ray} of {} pixels by more than a ray, {difference:.6}", x.len());
+        assert!(hidden > 500, "{name}: ambient light is occluded in {hidden} pixels");
+        assert!(apart_by_ray < 0.005 * x.len() as f64 && difference < 1e-3, "{name}: {apart_by_ray}, {difference}");
         println!(
             "{name}: {:.3} % of the pixels apart with the same rays; with others {:.2} % beyond 3 σ, mean {mean:.4}; \
              {:.2} million rays/s by the BVH, {:.2} by ray queries",

@@ -374,6 +374,9 @@ fn a_light_that_cannot_be_is_refused_by_one_sentence() {
         std::fs::write(&path, text).expect("written");
         let error = scene::load(&path.to_string_lossy()).expect_err("refused").to_string();
         assert!(error.contains("lights[0]") && error.contains(said), "{error}");
+        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_cyclopean"));
+        let done = program.args(["scene", "check"]).arg(&path).output().expect("it starts");
+        assert_eq!(done.status.code(), Some(2), "{}", String::from_utf8_lossy(&done.stderr));
     }
     let text = r#"{"name": "x", "geometry": {"builtin": {"name": "room", "detail": 0.01}},
                    "file_lights": [{"name": "Sun", "angle_deg": 1}]}"#;

@@ -6,8 +6,8 @@ use std::mem::offset_of;
 
 use cyclopean::render::shaders;
 use cyclopean::render::shared::{
-    CountersData, EmitterData, EyeUniform, FrameUniform, InstanceData, LightData, MaterialData, TextureData,
-    TextureSlot,
+    CountersData, EmitterData, EyeUniform, FrameUniform, InstanceData, LightData, LightMapsData, MaterialData,
+    ShadowMapData, TextureData, TextureSlot,
 };
 use spirq::ReflectConfig;
 use spirq::ty::Type;
@@ -78,6 +78,8 @@ fn host() -> BTreeMap<String, Layout> {
         layout!(InstanceData { render_from_object, normal_matrix, material, first_vertex, first_index, closed }),
         layout!(TextureData { offset, width, height, flags }),
         layout!(EmitterData { triangle, cumulative }),
+        layout!(ShadowMapData { right, up, forward, scale, near, far }),
+        layout!(LightMapsData { first, count, dimming }),
         layout!(CountersData {
             nan,
             inf,
@@ -133,6 +135,8 @@ fn host_and_shaders_agree_on_every_offset() {
         ("InstanceData", size_of::<InstanceData>()),
         ("TextureData", size_of::<TextureData>()),
         ("EmitterData", size_of::<EmitterData>()),
+        ("ShadowMapData", size_of::<ShadowMapData>()),
+        ("LightMapsData", size_of::<LightMapsData>()),
     ]);
     for (name, layout) in host() {
         let in_shaders = found.get(&name).unwrap_or_else(|| panic!("no shader uses {name}: remove it on both sides"));

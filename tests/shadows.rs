@@ -3,28 +3,16 @@
 
 mod pictures;
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use cyclopean::render::Settings;
 use cyclopean::scene::{Alpha, Eye, Light, LightSource, Material, Scene, StereoCamera};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{gpu, look, material, plane, render, scene, settings, sphere};
+use pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
 
 const WIDTH: u32 = 120;
 const HEIGHT: u32 = 90;
-
-fn chalk() -> Material {
-    Material { metallic: 0.0, ..material(1.0) }
-}
-
-/// A floor at y = 0, seen from a corner.
-fn with_floor(mut parts: Vec<(cyclopean::scene::Primitive, Material, DAffine3)>, lights: Vec<Light>) -> Arc<Scene> {
-    parts.insert(0, (plane(2), chalk(), DAffine3::from_scale(DVec3::new(10.0, 1.0, 10.0))));
-    let mut made = scene(parts, 0.0, look(DVec3::new(0.3, 3.0, 2.5), DVec3::new(0.0, 0.0, 0.0)));
-    made.lights = lights;
-    Arc::new(made)
-}
 
 /// Where each pixel's centre meets the floor, and the width of its footprint there, metres.
 fn on_floor(camera: &StereoCamera, eye: Eye) -> Vec<Option<(DVec3, f64)>> {
@@ -70,26 +58,6 @@ fn meets_box(from: DVec3, to: DVec3, a: f64, low: f64, high: f64) -> bool {
         leave = leave.min(t0.max(t1));
     }
     enter <= leave
-}
-
-/// Six sides of a box that floats above the floor.
-fn floating_box(a: f64, low: f64, high: f64) -> Vec<(cyclopean::scene::Primitive, Material, DAffine3)> {
-    let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
-    let side = |turn: DQuat, scale: [f64; 3], at: [f64; 3]| {
-        let place = DAffine3::from_translation(at.into())
-            * DAffine3::from_quat(turn)
-            * DAffine3::from_scale(2.0 * DVec3::from(scale));
-        (plane(1), chalk(), place)
-    };
-    let (x, z) = (DQuat::from_rotation_x(FRAC_PI_2), DQuat::from_rotation_z(-FRAC_PI_2));
-    vec![
-        side(DQuat::IDENTITY, [a, 1.0, a], [0.0, high, 0.0]),
-        side(DQuat::from_rotation_x(PI), [a, 1.0, a], [0.0, low, 0.0]),
-        side(x, [a, 1.0, half], [0.0, middle, a]),
-        side(x.inverse(), [a, 1.0, half], [0.0, middle, -a]),
-        side(z, [half, 1.0, a], [a, middle, 0.0]),
-        side(z.inverse(), [half, 1.0, a], [-a, middle, 0.0]),
-    ]
 }
 
 #[test]

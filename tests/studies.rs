@@ -4,9 +4,10 @@ mod lab;
 
 use std::path::Path;
 
+use cyclopean::study::definition::Definition;
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::session::{Options, simulate};
-use cyclopean::study::stimulus::Catalogue;
+use cyclopean::study::stimulus::{Catalogue, StimulusRequest};
 use cyclopean::study::store::Store;
 use cyclopean::study::writer::Durability;
 use cyclopean::study::{Plan, schema, validate};
@@ -34,7 +35,28 @@ fn whole_catalogue() -> Catalogue {
         "stereo-no-fade",
         "stereo-no-reprojection",
     ];
-    Catalogue::of(&["pica", "room", "wine", "pink", "temple"], &methods)
+    Catalogue::of(&["pica", "room", "wine", "pink", "temple"], &methods).with_ao(&["mono", "variant2"])
+}
+
+#[test]
+fn ambient_occlusion_is_asked_for_by_name_and_part_of_every_request() {
+    let mut definition = shipped("example-minimal").definition;
+    let request = |definition: &Definition| {
+        let condition = &definition.conditions()[0];
+        serde_json::to_value(StimulusRequest::new(definition, condition, &condition.method)).unwrap()
+    };
+    let plain = request(&definition);
+    assert!(plain.get("ao").is_none());
+    definition.stimuli.ao = Some("none".to_owned());
+    assert_eq!(validate::resolve(&definition, &whole_catalogue()), []);
+    assert_eq!(request(&definition), plain);
+    definition.stimuli.ao = Some("variant2".to_owned());
+    assert_eq!(validate::resolve(&definition, &whole_catalogue()), []);
+    assert_eq!(request(&definition)["ao"], "variant2");
+    definition.stimuli.ao = Some("variant3".to_owned());
+    let problems = validate::resolve(&definition, &whole_catalogue());
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert!(problems[0].path == "stimuli.ao" && problems[0].what.contains("none, mono, variant2"), "{problems:?}");
 }
 
 #[test]

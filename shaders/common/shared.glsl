@@ -87,6 +87,24 @@ struct EmitterData {
     float cumulative;
 };
 
+// Where a shadow map looks from, in the maps' space, and what it covers.
+struct ShadowMapData {
+    vec4 right;             // xyz: unit axis; w: minus the axis times the place that the map looks from
+    vec4 up;
+    vec4 forward;
+    vec2 scale;             // to ±1 at the border: of metres, or of metres a metre ahead where rays meet in a light
+    float near;             // metres ahead
+    float far;              // metres ahead; 0: the rays meet in a light, and there is no end
+};
+
+// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
+// there is transmitting matter: after those of what stops light, as many of what dims it.
+struct LightMapsData {
+    uint first;
+    uint count;             // of what stops light
+    uint dimming;           // what takes a layer to that of what dims light; 0: there is none
+};
+
 // Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).
 const uint VERTEX_WORDS = 15u;
 

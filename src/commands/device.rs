@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::console::Console;
 use crate::gpu::{Gpu, GpuError, GpuOptions, OwnDevice};
 use crate::render::method::Answer;
-use crate::render::{Method, Settings, Trace, fast_ray_queries};
+use crate::render::{Method, Settings, Shadows, Trace, fast_ray_queries};
 use crate::scene::Scene;
 
 use super::WrongUsage;
@@ -78,9 +78,11 @@ pub fn settings(size: Size, seed: u32) -> Settings {
 }
 
 /// Settings of a view that is rendered frame by frame. Rays to every light are affordable there where hardware answers
-/// them; elsewhere lights go through everything.
+/// them; elsewhere shadows are looked up in maps. On a software device that look-up costs more than the rest of a frame,
+/// and lights go through everything.
 pub fn live_settings(gpu: &Gpu, size: Size) -> Settings {
-    Settings { shadows: fast_ray_queries(gpu, Trace::Auto), ..settings(size, 1) }
+    let shadows_by = if fast_ray_queries(gpu, Trace::Auto) { Shadows::Rays } else { Shadows::Maps };
+    Settings { shadows: !gpu.is_cpu(), shadows_by, ..settings(size, 1) }
 }
 
 /// The scene's view of this name, or its first.

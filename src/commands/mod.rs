@@ -1,6 +1,6 @@
 //! One file a subcommand: its arguments (`Args`) and `run(args, &Console) -> anyhow::Result<()>`.
 //!
-//! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, and [`WrongUsage`]).
+//! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, [`WrongUsage`], and a light that there cannot be).
 
 #[cfg(feature = "gpu")]
 mod ao;
@@ -38,6 +38,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::console::Console;
+use crate::scene::SceneError;
 
 /// A request that can never work as written, whatever the machine: exit code 2.
 #[derive(Debug, thiserror::Error)]
@@ -106,9 +107,15 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", one_sentence(&error));
-            ExitCode::from(if error.downcast_ref::<WrongUsage>().is_some() { 2 } else { 1 })
+            ExitCode::from(if is_wrong_usage(&error) { 2 } else { 1 })
         }
     }
+}
+
+/// A light outside its range is a value that was asked for, as an option's is: no machine and no other file changes it.
+fn is_wrong_usage(error: &anyhow::Error) -> bool {
+    let is_light = error.downcast_ref::<SceneError>().is_some_and(|e| matches!(e, SceneError::Light { .. }));
+    is_light || error.downcast_ref::<WrongUsage>().is_some()
 }
 
 /// The chain of causes, without the parts that an outer message already quotes.

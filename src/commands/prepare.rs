@@ -68,10 +68,14 @@ const METHODS: [&str; 27] = [
 #[cfg(any(test, not(feature = "gpu")))]
 const WITH_PERCENTAGE: [&str; 3] = ["stereo-hybrid", "sssr-hybrid", "stereo-adaptive"];
 
+/// The methods of ambient occlusion.
+#[cfg(any(test, not(feature = "gpu")))]
+const AO: [&str; 5] = ["mono", "fsa", "variant1", "variant2", "ray-traced"];
+
 /// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.
 #[cfg(not(feature = "gpu"))]
 pub fn catalogue() -> Catalogue {
-    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS).with_percentage(&WITH_PERCENTAGE)
+    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS).with_percentage(&WITH_PERCENTAGE).with_ao(&AO)
 }
 
 /// The renderer of this build.
@@ -157,6 +161,7 @@ mod tests {
         for method in catalogue().with_percentage {
             assert!(WITH_PERCENTAGE.contains(&method.as_str()), "{method}");
         }
+        assert_eq!(catalogue().ao, AO);
         assert!(catalogue().has_method("stereo-hybrid-12.5@2"));
         for wrong in ["stereo-5", "stereo-hybrid-101", "stereo-hybrid-", "stereo-hybrid-x"] {
             assert!(!catalogue().has_method(wrong), "{wrong}");

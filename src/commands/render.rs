@@ -14,7 +14,8 @@ use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
 use crate::render::{
-    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Streams, Temporal, Trace, median_of_sorted,
+    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Shadows, Streams, Temporal, Trace,
+    median_of_sorted,
 };
 use crate::scene::{self, Fallback};
 
@@ -87,8 +88,11 @@ pub struct Args {
     /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     antialias: u32,
+    /// How the shadows of lights on the views are found.
+    #[arg(long, value_enum, default_value_t = Shadows::Rays)]
+    shadows: Shadows,
     /// Let every light go through everything, as in the paper.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shadows")]
     no_shadows: bool,
     /// Indirect diffuse light, gathered once a scene and kept in the user's cache folder. Instead of the environment's, it
     /// lights what the views and the rays see.
@@ -183,6 +187,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         all_passes: args.all_passes,
         trace: args.trace,
         shadows: !args.no_shadows,
+        shadows_by: args.shadows,
         antialias: args.antialias,
         indirect: args.indirect,
         ao,

@@ -11,7 +11,9 @@ use anyhow::Context as _;
 use crate::console::check_interrupted;
 use crate::gpu::Gpu;
 use crate::picture::{self, Part};
-use crate::render::{Method, Rendered, Renderer, Request, Settings, fast_ray_queries, identity, shaders};
+use crate::render::{
+    Ao, AoSettings, Method, Rendered, Renderer, Request, Settings, fast_ray_queries, identity, shaders,
+};
 use crate::scene::{self, Scene, StereoCamera, builtin};
 use crate::study::stimulus::{Catalogue, CatalogueScene, StimulusInfo, StimulusRenderer, StimulusRequest};
 
@@ -46,6 +48,7 @@ pub fn catalogue() -> Catalogue {
         scenes: scenes.collect(),
         methods: owned(Method::names()),
         with_percentage: owned(Method::names_with_percentage()),
+        ao: owned(Ao::ALL.into_iter().filter(|ao| *ao != Ao::None).map(Ao::name).collect()),
     }
 }
 
@@ -84,6 +87,7 @@ impl GpuStimuli {
             antialias: request.antialias.unwrap_or(if self.gpu.is_cpu() { 1 } else { 2 }),
             shadows: request.shadows,
             indirect: request.indirect,
+            ao: AoSettings { method: ambient_occlusion(request)?, ..AoSettings::default() },
             ..Settings::default()
         };
         // A stimulus is addressed by what is rendered, not by a name that means something else on another device.
@@ -134,6 +138,11 @@ impl StimulusRenderer for GpuStimuli {
             inconsistency: None,
         })
     }
+}
+
+fn ambient_occlusion(request: &StimulusRequest) -> anyhow::Result<Ao> {
+    let Some(name) = &request.ao else { return Ok(Ao::None) };
+    Ao::ALL.into_iter().find(|ao| ao.name() == name).with_context(|| format!("unknown ambient occlusion `{name}`"))
 }
 
 fn write(into: &Path, rendered: &Rendered) -> Result<(), picture::PictureError> {

@@ -171,6 +171,11 @@ impl Gpu {
         u64::from(self.limits.max_storage_buffer_range)
     }
 
+    /// Layers of an image, at the most.
+    pub fn max_layers(&self) -> usize {
+        self.limits.max_image_array_layers as usize
+    }
+
     /// Fails with the first message once the validation layer has spoken.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use ash::vk;
 use glam::{DAffine3, DVec3};
 
 use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
-use crate::scene::{Eye, Fallback, Scene, StereoCamera};
+use crate::scene::{Eye, Fallback, Instance, Scene, StereoCamera};
 
 use super::baked::BakedLight;
 use super::settings::{Firefly, Settings, Streams};
@@ -49,16 +49,7 @@ impl Context {
         let frame = Buffer::upload(gpu, "frame", size_of::<FrameUniform>() as u64)?;
         let uniform = frame_uniform(scene, camera, settings, guard, (head, bounds));
         frame.write(bytemuck::bytes_of(&uniform));
-        let places = scene.places();
-        let instances = upload::instances(scene, &places, &resources.ranges, head);
-        let instances = match scene.motions.is_empty() {
-            true => Buffer::with_content(gpu, "instances", &instances)?,
-            false => {
-                let buffer = Buffer::upload(gpu, "instances", size_of_val(instances.as_slice()) as u64)?;
-                buffer.write(bytemuck::cast_slice(&instances));
-                buffer
-            }
-        };
+        let instances = upload::instance_buffer(gpu, scene, &scene.places(), &resources.ranges, head)?;
         Ok(Context {
             head,
             bounds,
@@ -173,21 +164,20 @@ fn frame_uniform(
 /// Corners of the scene and the head.
 fn bounds(scene: &Scene, head: DVec3) -> [DVec3; 2] {
     let (mut low, mut high) = (head, head);
-    for instance in &scene.instances {
-        let p = &scene.primitives[instance.primitive];
-        let Some(first) = p.positions.first() else { continue };
-        let (mut a, mut b) = (*first, *first);
-        for &q in &p.positions {
-            a = a.min(q);
-            b = b.max(q);
-        }
-        for corner in 0..8 {
-            let pick = |bit: u32, i: usize| if corner >> bit & 1 == 1 { b[i] } else { a[i] };
-            let corner = DVec3::new(f64::from(pick(0, 0)), f64::from(pick(1, 1)), f64::from(pick(2, 2)));
-            let world = instance.world_from_object.transform_point3(corner);
-            low = low.min(world);
-            high = high.max(world);
-        }
+    for corner in scene.instances.iter().flat_map(|i| instance_corners(scene, i)) {
+        low = low.min(corner);
+        high = high.max(corner);
     }
     [low, high]
+}
+
+/// Corners of the box of its object's space that an instance fills, world space; its place alone if it is empty.
+pub fn instance_corners(scene: &Scene, instance: &Instance) -> [DVec3; 8] {
+    let positions = &scene.primitives[instance.primitive].positions;
+    let first = positions.first().copied().unwrap_or_default();
+    let (low, high) = positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+    std::array::from_fn(|corner| {
+        let pick = |i: usize| f64::from(if corner >> i & 1 == 1 { high[i] } else { low[i] });
+        instance.world_from_object.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    })
 }

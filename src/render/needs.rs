@@ -6,7 +6,7 @@ use crate::scene::{Alpha, Fallback, Material, Scene};
 
 use super::ao::Ao;
 use super::method::{Answer, Blend, Method, Reuse, Traversal};
-use super::settings::Settings;
+use super::settings::{Settings, Shadows};
 
 /// A pass (or a part of one) and why it runs or not.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -26,6 +26,8 @@ pub struct Needs {
     pub mask: bool,
     /// Lights cast shadows.
     pub shadows: bool,
+    /// Those on the views are found in maps; at what rays hit they are found by rays all the same.
+    pub shadow_maps: bool,
     /// Baked light stands in for the environment's diffuse light.
     pub indirect: bool,
     /// The picture is put together here; a finer twin of the view leaves that to the view.
@@ -65,7 +67,7 @@ impl Needs {
     /// What `method` needs of `scene`.
     pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> Needs {
         let all = settings.all_passes;
-        let used = || scene.instances.iter().map(|i| &scene.materials[scene.primitives[i.primitive].material]);
+        let used = || scene.instances.iter().map(|i| scene.material_of(i));
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
         let mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let rays = used().any(|m| may_reflect(m, settings.ray_roughness_limit));
@@ -91,11 +93,7 @@ impl Needs {
             parts.never("backface", "the method does not use back faces")
         };
         let casts = scene.lights.iter().any(|l| l.casts_shadow && !scene.instances.is_empty());
-        let shadows = if settings.shadows {
-            parts.needed("shadows", casts, "lights cast shadows", "no light in the scene casts a shadow")
-        } else {
-            parts.never("shadows", "shadows are switched off")
-        };
+        let (shadows, shadow_maps) = shadows(&mut parts, settings, casts);
         let indirect = if settings.indirect {
             parts.needed("indirect", !scene.instances.is_empty(), "surfaces light each other", "there is no surface")
         } else {
@@ -184,6 +182,7 @@ impl Needs {
             emission,
             mask,
             shadows,
+            shadow_maps,
             indirect,
             composite: true,
             glass: used().any(|m| m.transmission > 0.0),
@@ -221,6 +220,11 @@ impl Needs {
         }
     }
 
+    /// Shadows on the views ask the geometry.
+    pub fn shadow_rays(&self) -> bool {
+        self.shadows && !self.shadow_maps
+    }
+
     /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
     pub fn of_hits(&self) -> [u32; 4] {
         [self.mask, self.shadows, self.glass, self.indirect].map(u32::from)
@@ -235,6 +239,24 @@ impl Needs {
     pub fn left_out(&self) -> Vec<Part> {
         self.parts.iter().filter(|p| !p.runs).cloned().collect()
     }
+}
+
+/// Whether lights cast shadows, and whether those on the views are found in maps.
+fn shadows(parts: &mut Parts, settings: &Settings, casts: bool) -> (bool, bool) {
+    const WAYS: [(&str, Shadows, &str); 2] =
+        [("shadows", Shadows::Rays, "by rays"), ("shadow_maps", Shadows::Maps, "in maps drawn from the lights")];
+    for (name, way, how) in WAYS {
+        if !settings.shadows {
+            parts.never(name, "shadows are switched off");
+        } else if settings.shadows_by != way {
+            parts.never(name, &format!("shadows are not looked for {how}"));
+        } else {
+            let yes = format!("lights cast shadows, which are found {how}");
+            parts.needed(name, casts, &yes, "no light in the scene casts a shadow");
+        }
+    }
+    let shadows = settings.shadows && casts;
+    (shadows, shadows && settings.shadows_by == Shadows::Maps)
 }
 
 /// Not forced either: what is not occluded is another picture than what is.

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use cyclopean_analysis::files::WriteError;
+use glam::DVec3;
 
 use crate::console::Interrupted;
 use crate::gpu::{Gpu, GpuError, Image, PassTime};
@@ -24,6 +25,7 @@ use super::needs::{Needs, Part};
 use super::prepared::{Prepared, Shared};
 use super::probe::probe;
 use super::settings::Settings;
+use super::shadow_maps::ShadowMaps;
 use super::shared::Counts;
 use super::upload::{EnvironmentMaps, SceneResources};
 
@@ -101,6 +103,8 @@ pub struct Renderer {
     baked: Option<([u32; 4], Rc<BakedLight>)>,
     /// Where baked light is kept for the next process.
     light_folder: Option<PathBuf>,
+    /// Drawn for the first view that looks for its shadows there.
+    shadow_maps: Option<Rc<ShadowMaps>>,
     /// Stands in for baked light.
     nothing: Rc<BakedLight>,
     /// By the mirrors' roughness that it was made for.
@@ -123,6 +127,7 @@ impl Renderer {
             rays,
             probe: None,
             baked: None,
+            shadow_maps: None,
             light_folder: None,
             brdf_table: None,
         })
@@ -133,9 +138,10 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::new`].
     pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
-        let Renderer { gpu, brdf_table, light_folder, scene: old, resources, rays, probe, baked, .. } = self;
+        let Renderer { gpu, brdf_table, light_folder, scene: old, resources, rays, probe, baked, shadow_maps, .. } =
+            self;
         // The old scene's memory goes first.
-        drop((old, resources, rays, probe, baked));
+        drop((old, resources, rays, probe, baked, shadow_maps));
         Ok(Renderer { brdf_table, light_folder, ..Renderer::new(&gpu, scene)? })
     }
 
@@ -198,7 +204,7 @@ impl Renderer {
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
         let asks_geometry = needs.path_trace
-            || needs.shadows
+            || needs.shadow_rays()
             || needs.indirect
             || needs.ao == Ao::RayTraced
             || needs.probe && !probe_fits;
@@ -224,8 +230,18 @@ impl Renderer {
             resources: Rc::clone(&self.resources),
             lazy_rays: Rc::clone(&self.rays),
         };
+        let maps = needs.shadow_maps.then(|| self.shadow_maps(context.head)).transpose()?;
         let probe = self.probe.as_ref().map(|(_, maps)| Rc::clone(maps));
-        Ok(Prepared::new(shared, (context, fine), needs, (camera, method, settings), rays, probe)?)
+        Ok(Prepared::new(shared, (context, fine), needs, (camera, method, settings), rays, (probe, maps))?)
+    }
+
+    fn shadow_maps(&mut self, head: DVec3) -> Result<Rc<ShadowMaps>, GpuError> {
+        if let Some(maps) = self.shadow_maps.as_ref().filter(|m| m.serves(head)) {
+            return Ok(Rc::clone(maps));
+        }
+        let made = Rc::new(ShadowMaps::new(&self.gpu, &self.scene, &self.resources, head)?);
+        self.shadow_maps = Some(Rc::clone(&made));
+        Ok(made)
     }
 
     fn brdf_table(&mut self, delta_roughness: f32) -> Result<Rc<Image>, GpuError> {

@@ -42,6 +42,23 @@ pub enum Trace {
     RayQuery,
 }
 
+/// How the shadows of lights on the views are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shadows {
+    /// By rays through the scene's geometry, once a view.
+    #[default]
+    Rays,
+    /// In depth maps drawn from the lights, once a scene: coarser, and quick where rays are slow.
+    Maps,
+}
+
+impl Shadows {
+    fn are_by_rays(&self) -> bool {
+        *self == Shadows::Rays
+    }
+}
+
 /// Everything that changes a picture besides scene, view and method.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Settings {
@@ -75,6 +92,9 @@ pub struct Settings {
     pub trace: Trace,
     /// Lights cast shadows.
     pub shadows: bool,
+    /// Left out of what is written where rays find them, so that such a picture keeps its address.
+    #[serde(skip_serializing_if = "Shadows::are_by_rays")]
+    pub shadows_by: Shadows,
     /// Indirect diffuse light, gathered once a scene, stands in for the environment's.
     pub indirect: bool,
     /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
@@ -107,6 +127,7 @@ impl Default for Settings {
             max_steps: 256,
             trace: Trace::Auto,
             shadows: true,
+            shadows_by: Shadows::Rays,
             indirect: false,
             soft_shadow_rays: 16,
             antialias: 1,
@@ -154,6 +175,13 @@ fn is_default(temporal: &Temporal) -> bool {
 mod tests {
     use super::super::ao::Ao;
     use super::*;
+
+    #[test]
+    fn shadows_by_rays_are_written_as_ever() {
+        let written = |shadows_by| serde_json::to_value(Settings { shadows_by, ..Settings::default() }).expect("JSON");
+        assert!(written(Shadows::Rays).get("shadows_by").is_none());
+        assert_eq!(written(Shadows::Maps)["shadows_by"], "maps");
+    }
 
     #[test]
     fn settings_without_occlusion_are_written_as_ever() {

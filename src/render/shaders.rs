@@ -7,7 +7,7 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 10] = [
+const OF_VIEWS: [&str; 13] = [
     "accumulate.comp",
     "backface.frag",
     "backface.vert",
@@ -15,6 +15,9 @@ const OF_VIEWS: [&str; 10] = [
     "reproject.comp",
     "resolve.comp",
     "resolve_select.comp",
+    "shadow_map.frag",
+    "shadow_map.vert",
+    "shadows_mapped.comp",
     "trace.comp",
     "trace_one_loop.comp",
     "trace_other_eye.comp",

@@ -198,6 +198,34 @@ pub struct EmitterData {
     pub cumulative: f32,
 }
 
+/// Where a shadow map looks from, in the maps' space, and what it covers.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct ShadowMapData {
+    /// xyz: unit axis; w: minus the axis times the place that the map looks from.
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub forward: [f32; 4],
+    /// To ±1 at the border: of metres, or of metres a metre ahead where rays meet in a light.
+    pub scale: [f32; 2],
+    /// Metres ahead.
+    pub near: f32,
+    /// Metres ahead; 0: the rays meet in a light, and there is no end.
+    pub far: f32,
+}
+
+/// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
+/// there is transmitting matter: after those of what stops light, as many of what dims it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct LightMapsData {
+    pub first: u32,
+    /// Of what stops light.
+    pub count: u32,
+    /// What takes a layer to that of what dims light; 0: there is none.
+    pub dimming: u32,
+}
+
 /// What a submission counted on the device.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -287,4 +315,6 @@ const _: () = {
     assert!(size_of::<Vertex>() == 60);
     assert!(size_of::<NodeData>() == 64);
     assert!(size_of::<TriangleData>() == 48);
+    assert!(size_of::<ShadowMapData>() == 64);
+    assert!(size_of::<LightMapsData>() == 12);
 };

@@ -259,6 +259,26 @@ pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVe
         .collect()
 }
 
+/// [`instances`] on the device; where something moves, they can be written again.
+///
+/// # Errors
+/// When device memory runs out.
+pub fn instance_buffer(
+    gpu: &Rc<Gpu>,
+    scene: &Scene,
+    places: &[DAffine3],
+    ranges: &[Range],
+    head: DVec3,
+) -> Result<Buffer, GpuError> {
+    let instances = instances(scene, places, ranges, head);
+    if scene.motions.is_empty() {
+        return Buffer::with_content(gpu, "instances", &instances);
+    }
+    let buffer = Buffer::upload(gpu, "instances", size_of_val(instances.as_slice()) as u64)?;
+    buffer.write(bytemuck::cast_slice(&instances));
+    Ok(buffer)
+}
+
 /// Lights relative to `head`.
 pub fn lights(scene: &Scene, head: DVec3) -> Vec<LightData> {
     let local = |p: DVec3| (p - head).as_vec3().to_array();

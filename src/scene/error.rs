@@ -17,6 +17,9 @@ pub enum SceneError {
         listed(names)
     )]
     Extension { file: String, names: Vec<String> },
+    /// A manifest describes a light that there cannot be: `reason` names it and what is wrong.
+    #[error("{file}: {reason}")]
+    Light { file: String, reason: String },
     /// The content is wrong: `reason` names the place and what is wrong there.
     #[error("{file}: {reason}")]
     Invalid { file: String, reason: String },

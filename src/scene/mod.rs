@@ -223,6 +223,11 @@ pub enum Fallback {
 }
 
 impl Scene {
+    /// What an instance is made of.
+    pub fn material_of(&self, instance: &Instance) -> &Material {
+        &self.materials[self.primitives[instance.primitive].material]
+    }
+
     /// Triangles over all instances.
     pub fn triangle_count(&self) -> usize {
         self.instances.iter().map(|i| self.primitives[i.primitive].indices.len() / 3).sum()

@@ -106,7 +106,9 @@ fn warnings(scene: &Scene, closed: usize, triangles: usize, reflective: usize) -
     }
     let clear = scene.materials.iter().filter(|m| m.transmission > 0.0).count();
     if clear > 0 {
-        said.push(format!("{clear} materials transmit light; they are drawn as surfaces"));
+        said.push(format!(
+            "{clear} materials transmit light; they are drawn as surfaces, and the light of lamps passes through"
+        ));
     }
     if scene.views.iter().any(|v| v.ipd_m == 0.0) {
         said.push("a view has both eyes in one place".to_owned());

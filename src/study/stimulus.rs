@@ -39,6 +39,9 @@ pub struct StimulusRequest {
     /// Indirect diffuse light instead of the environment's.
     #[serde(default, skip_serializing_if = "is_false")]
     pub indirect: bool,
+    /// Method of ambient occlusion; none: nothing occludes ambient light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ao: Option<String>,
 }
 
 impl StimulusRequest {
@@ -59,6 +62,7 @@ impl StimulusRequest {
             antialias: stimuli.antialias,
             shadows: stimuli.shadows,
             indirect: stimuli.indirect,
+            ao: stimuli.ao.clone().filter(|name| name != "none"),
         }
     }
 
@@ -125,6 +129,8 @@ pub struct Catalogue {
     pub methods: Vec<String>,
     /// Those whose name may end in a percentage, as `stereo-hybrid-25`.
     pub with_percentage: Vec<String>,
+    /// Methods of ambient occlusion.
+    pub ao: Vec<String>,
 }
 
 /// A scene and its views; no views: only the default one can be asked for.
@@ -139,12 +145,17 @@ impl Catalogue {
     pub fn of(scenes: &[&str], methods: &[&str]) -> Catalogue {
         let scenes = scenes.iter().map(|s| CatalogueScene { name: (*s).to_owned(), views: Vec::new() });
         let methods = methods.iter().map(|m| (*m).to_owned()).collect();
-        Catalogue { scenes: scenes.collect(), methods, with_percentage: Vec::new() }
+        Catalogue { scenes: scenes.collect(), methods, ..Catalogue::default() }
     }
 
     /// The same, with methods whose name may end in a percentage.
     pub fn with_percentage(self, methods: &[&str]) -> Catalogue {
         Catalogue { with_percentage: methods.iter().map(|m| (*m).to_owned()).collect(), ..self }
+    }
+
+    /// The same, with these methods of ambient occlusion.
+    pub fn with_ao(self, methods: &[&str]) -> Catalogue {
+        Catalogue { ao: methods.iter().map(|m| (*m).to_owned()).collect(), ..self }
     }
 
     /// Whether this build renders a method of this name, `@samples` and a percentage from 0 to 100 included.

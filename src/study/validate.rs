@@ -299,6 +299,11 @@ pub fn resolve(definition: &Definition, catalogue: &Catalogue) -> Vec<Problem> {
             problems.push(problem);
         }
     };
+    if let Some(ao) = definition.stimuli.ao.as_ref().filter(|ao| *ao != "none" && !catalogue.ao.contains(ao)) {
+        let known = catalogue.ao.join(", ");
+        let what = format!("ambient occlusion `{ao}` is not available in this build; available: none, {known}");
+        add("stimuli.ao".to_owned(), what);
+    }
     let scenes: Vec<&str> = catalogue.scenes.iter().map(|s| s.name.as_str()).collect();
     let cross = definition.conditions.cross.as_ref();
     let specs = definition.conditions();

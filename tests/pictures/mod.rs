@@ -1,17 +1,19 @@
 //! Small scenes whose answers are known, and the device they are rendered on.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
-use cyclopean::scene::{Scene, StereoCamera};
+use cyclopean::scene::{Light, Material, Primitive, Scene, StereoCamera};
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub use cyclopean::stress::shapes::{
     constant_environment, glowing, look, material, plane, primitive, scene, settings, sphere,
 };
+use glam::{DAffine3, DQuat, DVec3};
 
 /// The best device with validation on: one message fails the render.
 pub fn gpu() -> Rc<Gpu> {
@@ -60,4 +62,37 @@ pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture, mask: impl F
 /// The hall, its eyes far apart, so that a small picture shows what one of them misses.
 pub fn hall(roughness: f32) -> Arc<Scene> {
     Arc::new(cyclopean::stress::shapes::hall(roughness, 0.3))
+}
+
+/// Reflects diffusely and nothing else.
+pub fn chalk() -> Material {
+    Material { metallic: 0.0, ..material(1.0) }
+}
+
+/// A floor at y = 0, seen from a corner.
+pub fn with_floor(mut parts: Vec<(Primitive, Material, DAffine3)>, lights: Vec<Light>) -> Arc<Scene> {
+    parts.insert(0, (plane(2), chalk(), DAffine3::from_scale(DVec3::new(10.0, 1.0, 10.0))));
+    let mut made = scene(parts, 0.0, look(DVec3::new(0.3, 3.0, 2.5), DVec3::new(0.0, 0.0, 0.0)));
+    made.lights = lights;
+    Arc::new(made)
+}
+
+/// Six sides of a box that floats above the floor.
+pub fn floating_box(a: f64, low: f64, high: f64) -> Vec<(Primitive, Material, DAffine3)> {
+    let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
+    let side = |turn: DQuat, scale: [f64; 3], at: [f64; 3]| {
+        let place = DAffine3::from_translation(at.into())
+            * DAffine3::from_quat(turn)
+            * DAffine3::from_scale(2.0 * DVec3::from(scale));
+        (plane(1), chalk(), place)
+    };
+    let (x, z) = (DQuat::from_rotation_x(FRAC_PI_2), DQuat::from_rotation_z(-FRAC_PI_2));
+    vec![
+        side(DQuat::IDENTITY, [a, 1.0, a], [0.0, high, 0.0]),
+        side(DQuat::from_rotation_x(PI), [a, 1.0, a], [0.0, low, 0.0]),
+        side(x, [a, 1.0, half], [0.0, middle, a]),
+        side(x.inverse(), [a, 1.0, half], [0.0, middle, -a]),
+        side(z, [half, 1.0, a], [a, middle, 0.0]),
+        side(z.inverse(), [half, 1.0, a], [-a, middle, 0.0]),
+    ]
 }

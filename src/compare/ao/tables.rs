@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::super::tables::{columns, row};
 use super::report::{AoReport, AoRow, AoScene};
+use crate::render::Ao;
 
 /// The passes in the order of a frame.
 const PASSES: [&str; 9] = [
@@ -57,46 +59,40 @@ fn section(out: &mut String, scene: &AoScene) {
         number(rays.mean_visibility),
         percent(rays.inconsistency)
     );
-    out.push_str("| method | ms | over mono | inconsistency | MAE, fsa | MAE, rays | worked on again |\n");
-    out.push_str("|---|---:|---:|---:|---:|---:|---:|\n");
-    for row in &scene.methods {
-        let _ = writeln!(
-            out,
-            "| `{}` | {:.2} | {:.3} | {} | {} | {} | {} |",
-            row.method.name(),
-            row.ms,
-            row.ratio[1],
-            percent(row.inconsistency),
-            number(row.mae_fsa),
-            number(row.mae_ray_traced),
-            row.again.map_or("–".to_owned(), |share| percent(Some(share)))
-        );
+    let names = ["method", "ms", "over mono", "inconsistency", "MAE, fsa", "MAE, rays", "worked on again"];
+    columns(out, &names, 1);
+    for of in &scene.methods {
+        let cells = [
+            name(of.method),
+            format!("{:.2}", of.ms),
+            format!("{:.3}", of.ratio[1]),
+            percent(of.inconsistency),
+            number(of.mae_fsa),
+            number(of.mae_ray_traced),
+            percent(of.again),
+        ];
+        row(out, cells.into_iter());
     }
     passes(out, &scene.methods);
-    out.push_str("| method | threshold | over mono | inconsistency | MAE, fsa | worked on again |\n");
-    out.push_str("|---|---:|---:|---:|---:|---:|\n");
-    for row in &scene.thresholds {
-        let _ = writeln!(
-            out,
-            "| `{}` | {} | {:.3} | {} | {} | {} |",
-            row.method.name(),
-            percent(Some(f64::from(row.threshold))),
-            row.ratio[1],
-            percent(row.inconsistency),
-            number(row.mae_fsa),
-            percent(row.again)
-        );
+    columns(out, &["method", "threshold", "over mono", "inconsistency", "MAE, fsa", "worked on again"], 1);
+    for of in &scene.thresholds {
+        let cells = [
+            name(of.method),
+            percent(Some(f64::from(of.threshold))),
+            format!("{:.3}", of.ratio[1]),
+            percent(of.inconsistency),
+            number(of.mae_fsa),
+            percent(of.again),
+        ];
+        row(out, cells.into_iter());
     }
     out.push('\n');
     if let Some(path) = &scene.path {
-        let _ = writeln!(
-            out,
-            "Means over {} poses of a path:\n\n| method | inconsistency | MAE, fsa |\n|---|---:|---:|",
-            path.poses
-        );
+        let _ = writeln!(out, "Means over {} poses of a path:\n", path.poses);
+        columns(out, &["method", "inconsistency", "MAE, fsa"], 1);
         for along in &path.methods {
-            let (inconsistency, error) = (percent(along.mean_inconsistency), number(along.mean_mae_fsa));
-            let _ = writeln!(out, "| `{}` | {inconsistency} | {error} |", along.method.name());
+            let cells = [name(along.method), percent(along.mean_inconsistency), number(along.mean_mae_fsa)];
+            row(out, cells.into_iter());
         }
         out.push('\n');
     }
@@ -105,26 +101,27 @@ fn section(out: &mut String, scene: &AoScene) {
 /// Milliseconds by pass.
 fn passes(out: &mut String, rows: &[AoRow]) {
     let ran: Vec<&str> = PASSES.into_iter().filter(|p| rows.iter().any(|r| r.passes.contains_key(*p))).collect();
-    let _ = writeln!(out, "\nMilliseconds by pass, both eyes, medians:\n\n| method | {} |", ran.join(" | "));
-    let _ = writeln!(out, "|---|{}", "---:|".repeat(ran.len()));
-    for row in rows {
-        let cells: Vec<String> =
-            ran.iter().map(|p| row.passes.get(*p).map_or("–".to_owned(), |ms| format!("{ms:.2}"))).collect();
-        let _ = writeln!(out, "| `{}` | {} |", row.method.name(), cells.join(" | "));
+    out.push_str("\nMilliseconds by pass, both eyes, medians:\n\n");
+    let names: Vec<&str> = std::iter::once("method").chain(ran.iter().copied()).collect();
+    columns(out, &names, 1);
+    for of in rows {
+        let ms = |pass: &&str| of.passes.get(*pass).map_or("–".to_owned(), |ms| format!("{ms:.2}"));
+        row(out, std::iter::once(name(of.method)).chain(ran.iter().map(ms)));
     }
     out.push('\n');
 }
 
+fn name(method: Ao) -> String {
+    format!("`{}`", method.name())
+}
+
 /// Over all scenes: geometric means of the times, the pixels' and errors' means.
 fn summary(out: &mut String, scenes: &[AoScene]) {
-    let _ = writeln!(
-        out,
-        "## Over {} scenes\n\n| method | over mono, geometric mean | least | most | inconsistency | of fsa's | MAE, fsa | MAE, rays |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|",
-        scenes.len()
-    );
+    let _ = writeln!(out, "## Over {} scenes\n", scenes.len());
+    let times = ["method", "over mono, geometric mean", "least", "most"];
+    columns(out, &[&times[..], &["inconsistency", "of fsa's", "MAE, fsa", "MAE, rays"]].concat(), 1);
     let methods = scenes.first().map_or(&[][..], |s| &s.methods);
-    let fsa = methods.iter().position(|r| r.method == crate::render::Ao::Fsa);
+    let fsa = methods.iter().position(|r| r.method == Ao::Fsa);
     for (i, method) in methods.iter().enumerate() {
         let rows: Vec<&AoRow> = scenes.iter().filter_map(|s| s.methods.get(i)).collect();
         let ratios: Vec<f64> = rows.iter().map(|r| r.ratio[1]).collect();
@@ -135,17 +132,17 @@ fn summary(out: &mut String, scenes: &[AoScene]) {
             .and_then(|f| crate::metrics::mean(scenes.iter().filter_map(|s| s.methods.get(f)?.inconsistency)))
             .zip(inconsistency)
             .map(|(fsa, own)| own / fsa);
-        let _ = writeln!(
-            out,
-            "| `{}` | {geometric:.3} | {:.3} | {:.3} | {} | {} | {} | {} |",
-            method.method.name(),
-            ratios.iter().copied().fold(f64::INFINITY, f64::min),
-            ratios.iter().copied().fold(0.0, f64::max),
+        let cells = [
+            name(method.method),
+            format!("{geometric:.3}"),
+            format!("{:.3}", ratios.iter().copied().fold(f64::INFINITY, f64::min)),
+            format!("{:.3}", ratios.iter().copied().fold(0.0, f64::max)),
             percent(inconsistency),
             of_fsa.map_or("–".to_owned(), |r| format!("{r:.3}")),
             number(mean(&|r| r.mae_fsa)),
-            number(mean(&|r| r.mae_ray_traced))
-        );
+            number(mean(&|r| r.mae_ray_traced)),
+        ];
+        row(out, cells.into_iter());
     }
     out.push('\n');
 }

@@ -82,11 +82,17 @@ fn scene_section(out: &mut String, scene: &SceneReport) {
 /// A table's head: names, then how they stand.
 fn head(out: &mut String, title: &str, names: &[&str], words: usize) {
     let _ = writeln!(out, "### {title}\n");
+    columns(out, names, words);
+}
+
+/// The first two lines of a table; the first `words` columns stand to the left.
+pub(super) fn columns(out: &mut String, names: &[&str], words: usize) {
     row(out, names.iter().map(|n| (*n).to_owned()));
     row(out, (0..names.len()).map(|i| if i < words { "---" } else { "---:" }.to_owned()));
 }
 
-fn row(out: &mut String, cells: impl Iterator<Item = String>) {
+/// A line of a table.
+pub(super) fn row(out: &mut String, cells: impl Iterator<Item = String>) {
     let _ = writeln!(out, "| {} |", cells.collect::<Vec<_>>().join(" | "));
 }
 

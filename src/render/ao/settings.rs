@@ -23,6 +23,9 @@ pub enum Ao {
 }
 
 impl Ao {
+    /// Every method.
+    pub const ALL: [Ao; 6] = [Ao::None, Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2, Ao::RayTraced];
+
     /// Every method of the views, in the order of their tables.
     pub const OF_VIEWS: [Ao; 4] = [Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2];
 

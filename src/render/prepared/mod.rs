@@ -39,6 +39,7 @@ use super::renderer::RenderError;
 use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
+use super::shadow_maps::{MappedShadowsPass, ShadowMaps};
 use super::shadows::ShadowsPass;
 use super::shared::Counts;
 use super::targets::Targets;
@@ -51,6 +52,7 @@ struct Passes {
     gbuffer: GBufferPass,
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
+    mapped_shadows: Option<MappedShadowsPass>,
     indirect: Option<IndirectPass>,
     ao: Option<AoPass>,
     lighting: LightingPass,
@@ -81,9 +83,10 @@ impl Passes {
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
             shadows: of_lights
-                .filter(|_| needs.shadows)
+                .filter(|_| needs.shadow_rays())
                 .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
                 .transpose()?,
+            mapped_shadows: needs.shadow_maps.then(|| MappedShadowsPass::new(gpu, needs)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
             march: match needs.screen_space {
@@ -124,6 +127,8 @@ pub struct Prepared {
     trace_geometry: OnceCell<TraceGeometryPass>,
     /// What unknown rays see, where that is not the scene's environment.
     probe: Option<Rc<EnvironmentMaps>>,
+    /// Where the views' shadows are looked up, if rays do not find them.
+    shadow_maps: Option<Rc<ShadowMaps>>,
     needs: Needs,
     /// Where the instances stand.
     places: Vec<DAffine3>,
@@ -167,7 +172,7 @@ impl Prepared {
         needs: Needs,
         (camera, method, settings): (&StereoCamera, &Method, &Settings),
         rays: Option<Rc<RayScene>>,
-        probe: Option<Rc<EnvironmentMaps>>,
+        (probe, shadow_maps): (Option<Rc<EnvironmentMaps>>, Option<Rc<ShadowMaps>>),
     ) -> Result<Prepared, GpuError> {
         let Shared { gpu, scene, resources, lazy_rays } = shared;
         let framing = Framing::of(method, settings);
@@ -188,6 +193,7 @@ impl Prepared {
             lazy_rays,
             trace_geometry: OnceCell::new(),
             probe,
+            shadow_maps,
             needs,
             places,
             framing,
@@ -212,7 +218,7 @@ impl Prepared {
     pub fn way(&self) -> Option<&'static str> {
         let asked = self.rays.as_deref().filter(|_| {
             let needs = &self.needs;
-            needs.path_trace || needs.probe || needs.shadows || needs.indirect || needs.ao == Ao::RayTraced
+            needs.path_trace || needs.probe || needs.shadow_rays() || needs.indirect || needs.ao == Ao::RayTraced
         });
         asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
     }
@@ -255,6 +261,9 @@ impl Prepared {
         }
         self.places = self.scene.places_at(time_s);
         self.lazy_rays.place(&self.places);
+        if let Some(maps) = &self.shadow_maps {
+            maps.place(&self.places);
+        }
         for context in std::iter::once(&self.context).chain(self.fine.iter().map(|f| &f.context)) {
             context.place(&self.scene, &self.places, &self.resources);
         }

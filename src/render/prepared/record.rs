@@ -30,8 +30,12 @@ impl Prepared {
         let samples = self.method.samples();
         // Only where the settings ask for the probe: one that was made for other settings is not looked at.
         let fallback = self.probe.as_deref().filter(|_| self.needs.probe).unwrap_or(&resources.environment);
-        let mut frame = Frame::begin(&self.gpu)?;
         let (mut times, mut counts) = (Vec::new(), Counts::default());
+        let lights = self.settings.all_passes || !self.lit.get();
+        if let (true, Some(maps)) = (lights, &self.shadow_maps) {
+            times.extend(maps.follow(self.camera.head())?);
+        }
+        let mut frame = Frame::begin(&self.gpu)?;
         frame.fill(&context.counters, 0);
         passes.gbuffer.record(&mut frame, scene, resources, context, &targets.gbuffer)?;
         if let (Some(pass), Some(marched)) = (&passes.back_face, &targets.marched)
@@ -39,7 +43,7 @@ impl Prepared {
         {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
-        if self.settings.all_passes || !self.lit.get() {
+        if lights {
             self.record_lights(&mut frame, context, targets, 1)?;
         }
         frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
@@ -47,7 +51,7 @@ impl Prepared {
         passes.lighting.record(&mut frame, resources, context, targets, visibility)?;
         if let Some(fine) = &self.fine {
             passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
-            if self.settings.all_passes || !self.lit.get() {
+            if lights {
                 self.record_lights(&mut frame, &fine.context, &fine.targets, self.settings.antialias)?;
             }
             passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
@@ -131,6 +135,9 @@ impl Prepared {
         finer: u32,
     ) -> Result<(), GpuError> {
         let Prepared { resources, passes, .. } = self;
+        if let (Some(pass), Some(maps), Some(direct)) = (&passes.mapped_shadows, &self.shadow_maps, &targets.direct) {
+            pass.record(frame, maps, context, (targets, direct))?;
+        }
         let Some(rays) = &self.rays else { return Ok(()) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
             pass.record(frame, resources, rays, context, (targets, direct), finer)?;

@@ -7,14 +7,13 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 use super::document::Document;
 use super::files::Reader;
 use super::framing;
-use super::lights;
 use crate::scene::environment::sky;
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::manifest::{
     EnvironmentSpec, HeadKeySpec, HeadPathSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec,
 };
 use crate::scene::motion::{FRAME_S, Motion, Path};
-use crate::scene::{Environment, Equirect, Fallback, HeadKey, HeadPath, Scene, View};
+use crate::scene::{Environment, Equirect, Fallback, HeadKey, HeadPath, Light, Scene, View};
 
 /// Open meshes' thickness over the distance of the nearest content: two pixels of a 1080-line image.
 const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
@@ -37,21 +36,16 @@ fn default_sky() -> Environment {
     SKY.clone()
 }
 
-/// A glTF seen through a manifest; `map` is its environment file, decoded.
+/// A glTF seen through a manifest, with the lights of [`super::lights::of_manifest`]; `map` is its environment file, decoded.
 pub fn with_manifest(
     manifest: &Manifest,
-    mut document: Document,
+    (document, mut placed): (Document, Vec<Light>),
     map: Option<Equirect>,
     reader: Reader,
 ) -> Result<Scene, Reason> {
     let exposure = manifest.exposure;
     if !(exposure.is_finite() && exposure > 0.0) {
         return Err(format!("exposure is {exposure}; it must be a number above 0"));
-    }
-    lights::shape_those_of_file(&mut document, &manifest.file_lights)?;
-    let mut placed = Vec::new();
-    for (i, light) in manifest.lights.iter().enumerate() {
-        placed.push(lights::light(light).map_err(|reason| format!("lights[{i}]: {reason}"))?);
     }
     let environment = match &manifest.environment {
         Some(EnvironmentSpec::Constant(radiance)) => {
@@ -60,7 +54,6 @@ pub fn with_manifest(
         }
         Some(EnvironmentSpec::Map(spec)) => Environment::from_radiance(placed_map(spec, map)?),
         Some(EnvironmentSpec::Sky(spec)) => {
-            lights::half_angle(spec.sun_angle_deg as f32).map_err(|reason| format!("environment.sky: sun_{reason}"))?;
             placed.extend(sky::sun(spec));
             Environment::from_radiance(sky::radiance(spec))
         }

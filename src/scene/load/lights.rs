@@ -5,11 +5,21 @@ use glam::Vec3;
 use super::assemble::{check_color, finite};
 use super::document::Document;
 use crate::scene::error::Reason;
-use crate::scene::manifest::{FileLightSpec, LightSpec};
+use crate::scene::manifest::{EnvironmentSpec, FileLightSpec, LightSpec, Manifest};
 use crate::scene::{Light, LightSource};
 
+/// The manifest's own lights, checked; those of the glTF get what the manifest says of them.
+pub fn of_manifest(manifest: &Manifest, document: &mut Document) -> Result<Vec<Light>, Reason> {
+    shape_those_of_file(document, &manifest.file_lights)?;
+    if let Some(EnvironmentSpec::Sky(sky)) = &manifest.environment {
+        half_angle(sky.sun_angle_deg as f32).map_err(|reason| format!("environment.sky: sun_{reason}"))?;
+    }
+    let checked = |(i, spec)| light(spec).map_err(|reason| format!("lights[{i}]: {reason}"));
+    manifest.lights.iter().enumerate().map(checked).collect()
+}
+
 /// A light of the manifest, checked.
-pub fn light(spec: &LightSpec) -> Result<Light, Reason> {
+fn light(spec: &LightSpec) -> Result<Light, Reason> {
     let range = |range: Option<f32>| match range {
         None => Ok(f32::INFINITY),
         Some(r) if r > 0.0 && r.is_finite() => Ok(r),
@@ -52,7 +62,7 @@ pub fn light(spec: &LightSpec) -> Result<Light, Reason> {
 }
 
 /// Half of a directional light's whole angle, radians.
-pub fn half_angle(angle_deg: f32) -> Result<f32, Reason> {
+fn half_angle(angle_deg: f32) -> Result<f32, Reason> {
     match (0.0..=90.0).contains(&angle_deg) {
         true => Ok((0.5 * angle_deg).to_radians()),
         false => Err(format!("angle_deg is {angle_deg}; the angle under which a light appears must be 0 to 90")),
@@ -67,7 +77,7 @@ fn radius(radius_m: f32) -> Result<f32, Reason> {
 }
 
 /// Gives the lights of a glTF what only the manifest can say of them.
-pub fn shape_those_of_file(document: &mut Document, specs: &[FileLightSpec]) -> Result<(), Reason> {
+fn shape_those_of_file(document: &mut Document, specs: &[FileLightSpec]) -> Result<(), Reason> {
     for spec in specs {
         let fail = |reason: String| format!("file_lights `{}`: {reason}", spec.name);
         let mut found = false;

@@ -96,7 +96,7 @@ fn from_manifest(
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let manifest: Manifest =
         serde_json::from_slice(bytes).map_err(|error| invalid(format!("not a manifest: {error}")))?;
-    let (mut reader, document);
+    let (mut reader, mut document);
     match (&manifest.geometry, sidecar_of) {
         (_, Some(path)) => {
             let gltf = read(path)?;
@@ -130,7 +130,9 @@ fn from_manifest(
         }
         _ => None,
     };
-    assemble::with_manifest(&manifest, document, map, reader).map_err(invalid)
+    let lights = lights::of_manifest(&manifest, &mut document);
+    let lights = lights.map_err(|reason| SceneError::Light { file: file.to_owned(), reason })?;
+    assemble::with_manifest(&manifest, (document, lights), map, reader).map_err(invalid)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SceneError> {

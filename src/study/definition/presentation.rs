@@ -110,6 +110,10 @@ pub struct Stimuli {
     /// Indirect diffuse light, gathered once a scene, instead of the environment's.
     #[serde(skip_serializing_if = "is_false")]
     pub indirect: bool,
+    /// Method of ambient occlusion, `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`; none, or `none`: nothing occludes
+    /// ambient light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ao: Option<String>,
     /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub samples: BTreeMap<String, u32>,
@@ -127,6 +131,7 @@ impl Default for Stimuli {
             antialias: None,
             shadows: true,
             indirect: false,
+            ao: None,
             samples: BTreeMap::new(),
         }
     }

@@ -1,0 +1,286 @@
+//! Shadows by depth maps from the lights, for views that are rendered frame by frame where rays are slow.
+//!
+//! A point light has a cube of maps, a spot light one map or, if its cone is wide, a cube; they are drawn once a scene,
+//! and again only when something in the scene has moved. A directional light has cascades about the head and not about the view's
+//! frustum: both eyes and every turn of the head read the same texels, and a cascade is drawn anew only after the head has
+//! gone a quarter of its width. The last cascade covers the whole scene and stays as it is; a scene small enough has no
+//! other. Docs: docs/rendering.md, "Shadow maps".
+
+mod draw;
+mod lookup;
+mod sight;
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use ash::vk;
+use glam::{DAffine3, DVec3};
+
+use super::context::instance_corners;
+use super::shared::{LightMapsData, ShadowMapData};
+use super::upload::{self, SceneResources};
+use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc, PassTime};
+use crate::scene::{Instance, Light, LightSource, Scene};
+
+use draw::{DrawInputs, DrawPass};
+pub use lookup::MappedShadowsPass;
+use sight::{Along, Bulb, Corners, Sight};
+
+/// Texels of all maps together, at the most: 128 MiB.
+const MOST_TEXELS: u64 = 1 << 25;
+/// Texels along a side.
+const SIDES: [u32; 6] = [2048, 1024, 512, 256, 128, 64];
+/// Each cascade reaches so many times as far as the one within it.
+const CASCADE_STEP: f64 = 4.0;
+/// A cascade that reaches no farther from the head than this needs no finer one within; metres.
+const FINEST_REACH_M: f64 = 2.0;
+/// Cascades of a light, at the most.
+const MOST_CASCADES: usize = 4;
+/// A cascade follows the head once it is off its centre by this share of the cascade's half width.
+const FOLLOW: f64 = 0.25;
+/// Maps drawn in one submission.
+const MAPS_A_SUBMISSION: usize = 32;
+
+/// A cascade that follows the head.
+struct Following {
+    layers: Vec<usize>,
+    along: Along,
+    /// Metres.
+    half: f64,
+    /// World space; `None`: never drawn.
+    center: Cell<Option<DVec3>>,
+}
+
+/// See the module's documentation.
+pub struct ShadowMaps {
+    /// World space; everything below is relative to it.
+    origin: DVec3,
+    /// Half the diagonal of the scene's bounds, metres.
+    radius: f64,
+    image: Image,
+    side: u32,
+    /// What each layer looks at, as shaders read it.
+    sights: Buffer,
+    /// The layers of each light.
+    lights: Buffer,
+    instances: Buffer,
+    /// What each instance fills.
+    boxes: RefCell<Vec<Corners>>,
+    /// Where the instances stand.
+    places: RefCell<Vec<DAffine3>>,
+    layers: RefCell<Vec<Layer>>,
+    following: Vec<Following>,
+    /// Layers whose image is not what they look at.
+    due: RefCell<BTreeSet<usize>>,
+    draw: DrawPass,
+    scene: Arc<Scene>,
+    resources: Rc<SceneResources>,
+    gpu: Rc<Gpu>,
+}
+
+/// What a layer of the image shows.
+#[derive(Clone, Copy)]
+struct Layer {
+    sight: Sight,
+    /// What dims light, and not what stops it.
+    dims: bool,
+    /// Where the light ends: its place and range, metres.
+    reach: Option<(DVec3, f64)>,
+}
+
+/// The layers of all lights, before there is an image.
+struct Plan {
+    lights: Vec<LightMapsData>,
+    layers: Vec<Layer>,
+    following: Vec<Following>,
+}
+
+impl ShadowMaps {
+    /// Room for the maps of every light that casts shadows; nothing is drawn yet.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        scene: &Arc<Scene>,
+        resources: &Rc<SceneResources>,
+        origin: DVec3,
+    ) -> Result<ShadowMaps, GpuError> {
+        let boxes: Vec<Corners> =
+            scene.instances.iter().map(|i| instance_corners(scene, i).map(|c| c - origin)).collect();
+        let corners = || boxes.iter().flatten().copied();
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let radius = ((high - low).length() / 2.0).max(1e-6);
+        let plan = Plan::new(scene, &boxes, (origin, radius), gpu.max_layers());
+        let skipped = plan.lights.iter().zip(&scene.lights).filter(|(m, l)| m.count == 0 && l.casts_shadow).count();
+        if skipped > 0 {
+            let room = gpu.max_layers();
+            tracing::warn!("{skipped} lights cast no shadow: the device's images have room for {room} shadow maps");
+        }
+        // An array of one layer would be another kind of image to the shader.
+        let layers = plan.layers.len().max(2);
+        let fits = |side: u32| layers as u64 * u64::from(side) * u64::from(side) <= MOST_TEXELS;
+        let side = SIDES.into_iter().find(|&side| fits(side)).unwrap_or(SIDES[SIDES.len() - 1]);
+        let desc = ImageDesc { layers: layers as u32, ..ImageDesc::stereo_target(side, side, vk::Format::D32_SFLOAT) };
+        let places = scene.places();
+        let instances = upload::instance_buffer(gpu, scene, &places, &resources.ranges, origin)?;
+        Ok(ShadowMaps {
+            origin,
+            radius,
+            image: Image::new(gpu, "shadow maps", desc)?,
+            side,
+            sights: Buffer::upload(gpu, "views of lights", (plan.layers.len() * size_of::<ShadowMapData>()) as u64)?,
+            lights: Buffer::with_content(gpu, "maps of lights", &plan.lights)?,
+            instances,
+            boxes: RefCell::new(boxes),
+            places: RefCell::new(places),
+            due: RefCell::new((0..plan.layers.len()).collect()),
+            layers: RefCell::new(plan.layers),
+            following: plan.following,
+            draw: DrawPass::new(gpu, scene, resources)?,
+            scene: Arc::clone(scene),
+            resources: Rc::clone(resources),
+            gpu: Rc::clone(gpu),
+        })
+    }
+
+    /// Whether a view from `head` reads them: single precision is fine enough as far from the origin as the scene is wide.
+    pub fn serves(&self, head: DVec3) -> bool {
+        head.distance(self.origin) <= 2.0 * self.radius
+    }
+
+    /// The instances stand elsewhere: every map is due. Directional lights see as far as the scene did at first.
+    pub fn place(&self, places: &[DAffine3]) {
+        if *self.places.borrow() == places {
+            return;
+        }
+        *self.places.borrow_mut() = places.to_vec();
+        let instances = upload::instances(&self.scene, places, &self.resources.ranges, self.origin);
+        self.instances.write(bytemuck::cast_slice(&instances));
+        let placed = self.scene.instances.iter().zip(places);
+        let corners = placed.map(|(i, place)| {
+            let moved = Instance { world_from_object: *place, ..i.clone() };
+            instance_corners(&self.scene, &moved).map(|c| c - self.origin)
+        });
+        *self.boxes.borrow_mut() = corners.collect();
+        self.due.borrow_mut().extend(0..self.layers.borrow().len());
+    }
+
+    /// Lets the cascades follow the head, and draws what is not as it should be; between frames only.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn follow(&self, head: DVec3) -> Result<Vec<PassTime>, GpuError> {
+        for cascade in &self.following {
+            if cascade.center.get().is_none_or(|c| c.distance(head) > FOLLOW * cascade.half) {
+                let sight = cascade.along.about(head - self.origin, cascade.half, self.side);
+                for &layer in &cascade.layers {
+                    self.layers.borrow_mut()[layer].sight = sight;
+                    self.due.borrow_mut().insert(layer);
+                }
+                cascade.center.set(Some(head));
+            }
+        }
+        let due: Vec<usize> = self.due.borrow().iter().copied().collect();
+        if due.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (layers, boxes) = (self.layers.borrow(), self.boxes.borrow());
+        let sights: Vec<ShadowMapData> = layers.iter().map(|l| l.sight.data()).collect();
+        self.sights.write(bytemuck::cast_slice(&sights));
+        let mut times = Vec::new();
+        for some in due.chunks(MAPS_A_SUBMISSION) {
+            let mut frame = Frame::begin(&self.gpu)?;
+            for &layer in some {
+                let inputs = DrawInputs { maps: &self.sights, instances: &self.instances };
+                let scene = (&*self.scene, &*self.resources);
+                let dims = |number: usize| self.scene.material_of(&self.scene.instances[number]).transmission > 0.0;
+                let shown = layers[layer];
+                let casts = |number: usize| dims(number) == shown.dims && shown.shows(&boxes[number]);
+                self.draw.record(&mut frame, scene, &inputs, (&self.image, layer), casts)?;
+            }
+            times.extend(frame.finish()?);
+            self.due.borrow_mut().retain(|layer| !some.contains(layer));
+        }
+        Ok(times)
+    }
+}
+
+impl Layer {
+    /// Whether what is in the box may hide the light from anything.
+    fn shows(&self, corners: &Corners) -> bool {
+        let is_reached = self.reach.is_none_or(|(position, range)| {
+            let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+            let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+            position.clamp(low, high).distance(position) <= range
+        });
+        is_reached && self.sight.sees(corners)
+    }
+}
+
+impl Plan {
+    fn new(scene: &Scene, boxes: &[Corners], (origin, radius): (DVec3, f64), most_layers: usize) -> Plan {
+        let mut plan = Plan { lights: Vec::new(), layers: Vec::new(), following: Vec::new() };
+        let dims = scene.instances.iter().any(|i| scene.material_of(i).transmission > 0.0);
+        for light in &scene.lights {
+            let (first, followed) = (plan.layers.len(), plan.following.len());
+            if light.casts_shadow && !boxes.is_empty() {
+                plan.add(light, boxes, origin, radius);
+            }
+            let mut count = plan.layers.len() - first;
+            if dims {
+                for cascade in &mut plan.following[followed..] {
+                    cascade.layers.push(cascade.layers[0] + count);
+                }
+                plan.layers.extend_from_within(first..);
+                plan.layers[first + count..].iter_mut().for_each(|layer| layer.dims = true);
+            }
+            if plan.layers.len() > most_layers {
+                plan.layers.truncate(first);
+                plan.following.truncate(followed);
+                count = 0;
+            }
+            let dimming = if dims { count } else { 0 };
+            plan.lights.push(LightMapsData { first: first as u32, count: count as u32, dimming: dimming as u32 });
+        }
+        plan
+    }
+
+    fn add(&mut self, light: &Light, boxes: &[Corners], origin: DVec3, radius: f64) {
+        let bulb =
+            |position: DVec3| Bulb { position: position - origin, radius: f64::from(light.size), scene_radius: radius };
+        match light.source {
+            LightSource::Directional { direction, .. } => {
+                let along = Along::new(direction.as_dvec3(), boxes, radius);
+                let mut halves = vec![radius];
+                while halves.len() < MOST_CASCADES && halves[0] > FINEST_REACH_M {
+                    halves.insert(0, halves[0] / CASCADE_STEP);
+                }
+                for &half in &halves[..halves.len() - 1] {
+                    let layers = vec![self.layers.len()];
+                    self.following.push(Following { layers, along, half, center: Cell::new(None) });
+                    self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
+                }
+                self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
+            }
+            LightSource::Point { position, range_m, .. } => {
+                self.add_meeting(&sight::cube(bulb(position)), position - origin, range_m);
+            }
+            LightSource::Spot { position, direction, range_m, outer_rad, .. } => {
+                let at = position - origin;
+                match sight::spot(bulb(position), direction.as_dvec3(), f64::from(outer_rad)) {
+                    Some(one) => self.add_meeting(&[one], at, range_m),
+                    None => self.add_meeting(&sight::cube(bulb(position)), at, range_m),
+                }
+            }
+        }
+    }
+
+    fn add_meeting(&mut self, sights: &[Sight], position: DVec3, range_m: f32) {
+        let reach = Some((position, f64::from(range_m)));
+        self.layers.extend(sights.iter().map(|&sight| Layer { sight, dims: false, reach }));
+    }
+}
