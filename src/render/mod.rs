@@ -33,6 +33,7 @@ mod resolve;
 pub mod settings;
 
 pub mod shaders;
+mod shading_reuse;
 mod shadows;
 pub mod shared;
 mod targets;
@@ -47,4 +48,4 @@ pub use identity::identity;
 pub use method::{Method, Reuse};
 pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
-pub use settings::{Firefly, Settings, Streams, Trace};
+pub use settings::{Firefly, Settings, ShadingReuse, Streams, Trace};

@@ -2,11 +2,12 @@
 //!
 //! Each predicate is conservative: it proves the image unchanged.
 
-use crate::scene::{Alpha, Fallback, Material, Scene};
+use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
 use super::ao::Ao;
 use super::method::{Answer, Blend, Method, Reuse, Traversal};
-use super::settings::Settings;
+use super::settings::{Settings, ShadingReuse};
+use super::shadows::RIM_RAYS;
 
 /// A pass (or a part of one) and why it runs or not.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -26,6 +27,8 @@ pub struct Needs {
     pub mask: bool,
     /// Lights cast shadows.
     pub shadows: bool,
+    /// The eyes share what lights put on them.
+    pub shading_reuse: bool,
     /// Baked light stands in for the environment's diffuse light.
     pub indirect: bool,
     /// The picture is put together here; a finer twin of the view leaves that to the view.
@@ -95,6 +98,7 @@ impl Needs {
         } else {
             parts.never("indirect", "indirect light was not asked for")
         };
+        let shading_reuse = shading_reuse(&mut parts, scene, (shadows, indirect), (screen, settings));
         ambient_occlusion(&mut parts, settings.ao.method);
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
@@ -167,6 +171,7 @@ impl Needs {
             emission,
             mask,
             shadows,
+            shading_reuse,
             indirect,
             composite: true,
             glass: used().any(|m| m.transmission > 0.0),
@@ -199,6 +204,11 @@ impl Needs {
         }
     }
 
+    /// What lights put on each pixel has an image of its own.
+    pub fn direct(&self) -> bool {
+        self.shadows || self.shading_reuse
+    }
+
     /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
     pub fn of_hits(&self) -> [u32; 4] {
         [self.mask, self.shadows, self.glass, self.indirect].map(u32::from)
@@ -213,6 +223,52 @@ impl Needs {
     pub fn left_out(&self) -> Vec<Part> {
         self.parts.iter().filter(|p| !p.runs).cloned().collect()
     }
+}
+
+/// Rays a pixel of one eye, to lights or for baked light, from which on the eyes share shading.
+const RAYS_THAT_PAY: usize = 4;
+/// Likewise lights, where none casts a shadow.
+const LIGHTS_THAT_PAY: usize = 16;
+
+/// Not forced either: shared shading is another picture, within a bound.
+fn shading_reuse(
+    parts: &mut Parts,
+    scene: &Scene,
+    (shadows, indirect): (bool, bool),
+    (screen, settings): (bool, &Settings),
+) -> bool {
+    let name = "shading_reuse";
+    let lights = scene.lights.len();
+    let rays = usize::from(indirect)
+        + match shadows {
+            true => scene.lights.iter().filter(|l| l.casts_shadow).map(rays_to).sum(),
+            false => 0,
+        };
+    match settings.shading_reuse {
+        ShadingReuse::Off => parts.never(name, "each eye is lit in full"),
+        _ if !screen => parts.never(name, "the reference lights each eye in full"),
+        _ if lights == 0 || scene.instances.is_empty() => parts.never(name, "there is no light or no surface"),
+        ShadingReuse::Always => parts.needed(name, true, "it was asked for, whether it pays or not", ""),
+        ShadingReuse::Auto if rays > 0 => {
+            let yes = format!("{rays} rays a pixel cost more than looking into the left eye");
+            let no = format!(
+                "{rays} rays a pixel cost less than looking into the left eye; it pays from {RAYS_THAT_PAY} on"
+            );
+            parts.needed(name, rays >= RAYS_THAT_PAY, &yes, &no)
+        }
+        ShadingReuse::Auto => {
+            let yes = format!("{lights} lights cost more than looking into the left eye");
+            let no = format!(
+                "{lights} lights without shadows cost less than looking into the left eye; it pays from {LIGHTS_THAT_PAY} on"
+            );
+            parts.needed(name, lights >= LIGHTS_THAT_PAY, &yes, &no)
+        }
+    }
+}
+
+/// Of a pixel that lies in no penumbra.
+fn rays_to(light: &Light) -> usize {
+    if light.size > 0.0 { RIM_RAYS as usize } else { 1 }
 }
 
 /// Not forced either: what is not occluded is another picture than what is.

@@ -7,13 +7,19 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 9] = [
+const OF_VIEWS: [&str; 15] = [
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",
+    "indirect_reuse.comp",
+    "indirect_reuse_ray_query.comp",
+    "lights.comp",
     "reproject.comp",
     "resolve.comp",
     "resolve_select.comp",
+    "shading_reuse.comp",
+    "shadows_reuse.comp",
+    "shadows_reuse_ray_query.comp",
     "trace.comp",
     "trace_one_loop.comp",
     "trace_other_eye.comp",

@@ -35,6 +35,7 @@ use super::renderer::RenderError;
 use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
+use super::shading_reuse::ShadingReusePass;
 use super::shadows::ShadowsPass;
 use super::shared::Counts;
 use super::targets::Targets;
@@ -48,6 +49,8 @@ struct Passes {
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
     indirect: Option<IndirectPass>,
+    /// Stands in for the two above where the eyes share shading.
+    shading_reuse: Option<ShadingReusePass>,
     ao: Option<AoPass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
@@ -62,15 +65,18 @@ struct Passes {
 impl Passes {
     fn new(
         gpu: &Rc<Gpu>,
-        resources: &SceneResources,
+        (scene, resources): (&Scene, &SceneResources),
         needs: &Needs,
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
-        let of_lights = rays;
+        let of_lights = rays.filter(|_| !needs.shading_reuse);
+        let reuse = || ShadingReusePass::new(gpu, scene, needs, rays, settings.soft_shadow_rays);
+        let shading_reuse = needs.shading_reuse.then(reuse).transpose()?;
         let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
         let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
+            shading_reuse,
             ao,
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
@@ -159,7 +165,7 @@ impl Prepared {
         let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
         let drawn = framing.settings(settings);
         let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
-        let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
+        let passes = Passes::new(&gpu, (&scene, &resources), &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
             gpu,

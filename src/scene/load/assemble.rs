@@ -8,6 +8,7 @@ use super::document::Document;
 use super::files::Reader;
 use super::framing;
 use super::lights;
+use super::material;
 use crate::scene::environment::sky;
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::manifest::{EnvironmentSpec, Manifest, MapSpec, MotionSpec, PathSpec, SkySpec, ViewSpec};
@@ -47,6 +48,7 @@ pub fn with_manifest(
         return Err(format!("exposure is {exposure}; it must be a number above 0"));
     }
     lights::shape_those_of_file(&mut document, &manifest.file_lights)?;
+    material::shape_those_of_file(&mut document.materials, &manifest.materials)?;
     let mut placed = Vec::new();
     for (i, light) in manifest.lights.iter().enumerate() {
         placed.push(lights::light(light).map_err(|reason| format!("lights[{i}]: {reason}"))?);
