@@ -12,8 +12,6 @@ const VARIANTS: &[(&str, &str)] = &[
     ("ao_rays.comp", "RAY_QUERY"),
     ("gather.comp", "RAY_QUERY"),
     ("indirect.comp", "RAY_QUERY"),
-    ("indirect.comp", "REUSE"),
-    ("indirect.comp", "REUSE RAY_QUERY"),
     ("path_rays.comp", "RAY_QUERY"),
     ("path_trace.comp", "RAY_QUERY"),
     ("probe.comp", "RAY_QUERY"),

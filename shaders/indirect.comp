@@ -1,6 +1,5 @@
 #version 460
-// In: G-buffer, the scene's BVH, baked light. Out: baked light (irradiance / π) of each pixel's surface; with REUSE of the
-// left eye's pixels, or of the listed ones of the right eye.
+// In: G-buffer, the scene's BVH, baked light. Out: baked light (irradiance / π) of each pixel's surface.
 // The G-buffer does not keep the triangle: a short ray from just before the surface finds it.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
@@ -28,33 +27,19 @@ layout(binding = 9) uniform sampler2DArray depth_image;
 layout(binding = 10) uniform usampler2D patch_rows;
 layout(binding = 11) uniform usampler2D light_rows;
 layout(binding = 12, rgba16f) writeonly uniform image2DArray indirect_image;
-#ifdef REUSE
-layout(binding = 13, std430) readonly buffer Rays { uint rays[]; };
-layout(binding = 14, std430) readonly buffer Arguments { uint arguments[4]; };
-layout(push_constant) uniform Constants { uint listed; };
-#endif
 
 const uint HAS_GLASS = 0u;
 #include "common/camera.glsl"
 #include "common/hit_surface.glsl"
 #include "common/baked.glsl"
-#ifdef REUSE
-#include "common/left_or_listed.glsl"
-#endif
 
 // How far before the surface the ray starts, as a share of the distance; and how far behind it it may end.
 const float BEFORE = 2e-3;
 
 void main() {
-#ifdef REUSE
-    ivec3 texel;
-    if (!left_or_listed(texel)) return;
-    uvec3 id = uvec3(texel);
-#else
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
     ivec3 texel = ivec3(id);
-#endif
     uint eye = id.z;
     vec2 center = vec2(id.xy) + 0.5;
     float depth = texelFetch(depth_image, texel, 0).x;

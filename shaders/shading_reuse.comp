@@ -1,6 +1,6 @@
 #version 460
-// In: G-buffer, what lights (and baked light) put on the left eye's pixels with the diffuse part of it, which instances share
-// their shading. Out: the same light on those pixels of the right eye whose place the left eye sees too; the list of its
+// In: G-buffer, what lights put on the left eye's pixels with the diffuse part of it, which instances share their shading,
+// with SHADOWS which lights are known. Out: the same light on those pixels of the right eye whose place the left eye sees too; the list of its
 // other pixels, with the arguments of the dispatches over it.
 // Reverse reprojection, its depth test against the nearest of three samples and the mask: Zhang & Green, Stereo Shading
 // Reprojection, 2017. The demodulation by the albedo and the bound of the error are ours.
@@ -8,10 +8,8 @@
 #include "common/shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// 1: there is baked light.
-layout(constant_id = 0) const uint INDIRECT = 0u;
 // 1: lights cast shadows.
-layout(constant_id = 1) const uint SHADOWS = 0u;
+layout(constant_id = 0) const uint SHADOWS = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform usampler2DArray surface_image;
@@ -21,10 +19,9 @@ layout(binding = 4) uniform sampler2D diffuse_image;
 // A word an instance: 1 where its material lets the eyes share its shading.
 layout(binding = 5, std430) readonly buffer Sharing { uint sharing[]; };
 layout(binding = 6, rgba32f) uniform image2DArray direct_image;
-layout(binding = 7, rgba16f) uniform image2DArray indirect_image;
-layout(binding = 8, std430) writeonly buffer Rays { uint rays[]; };
-layout(binding = 9, std430) buffer Arguments { uint arguments[4]; };
-layout(binding = 10, rgba32ui) uniform uimage2DArray known_image;
+layout(binding = 7, std430) writeonly buffer Rays { uint rays[]; };
+layout(binding = 8, std430) buffer Arguments { uint arguments[4]; };
+layout(binding = 9, rgba32ui) uniform uimage2DArray known_image;
 
 #include "common/append.glsl"
 #include "common/camera.glsl"
@@ -38,6 +35,8 @@ const float PLANE_TOLERANCE = 0.003;
 // The seed's triangle: where it asks for something nearer, pixels from the centre, and how much nearer that is.
 const float TRIANGLE_PIXELS = 2.0;
 const float TRIANGLE_TOLERANCE = 0.01;
+// And how far it moves over the surface from eye to eye, pixels.
+const float LEAST_SHIFT = 0.5;
 // A tap that weighs less is not asked: rounding moves a place off its pixel's centre where the eyes stand in one place.
 const float LEAST_WEIGHT = 0.01;
 // How much of the light the taps may differ by: it bounds the error of a value between them. And how much of it may change
@@ -48,8 +47,9 @@ const float MOST_CHANGE = 0.04;
 
 float largest(vec3 c) { return max(c.x, max(c.y, c.z)); }
 
-// Something nearer than `position` is seen by the left eye about `pixel`, and stands before the surface's plane: an edge.
-bool near_edge(vec3 position, vec3 face_normal, vec2 pixel) {
+// Something nearer than the place `position` is seen by the left eye about `pixel`, stands before the surface's plane, and
+// lies elsewhere about the place for the right eye, which sees it at the centre of `at`: an edge.
+bool near_edge(vec3 position, vec3 face_normal, vec2 pixel, ivec2 at) {
     float reach = length(position - eye_position(LEFT));
     for (int k = 0; k < 3; ++k) {
         float phi = 2.0 * PI * (float(k) + 0.25) / 3.0;
@@ -59,16 +59,18 @@ bool near_edge(vec3 position, vec3 face_normal, vec2 pixel) {
         if (depth == 0.0) continue;
         vec3 sampled = render_position(LEFT, vec2(there) + 0.5, depth);
         bool nearer = length(sampled - eye_position(LEFT)) < reach * (1.0 - TRIANGLE_TOLERANCE);
-        if (nearer && dot(sampled - position, face_normal) > reach * TRIANGLE_TOLERANCE) return true;
+        if (nearer && dot(sampled - position, face_normal) > reach * TRIANGLE_TOLERANCE) {
+            vec2 right = screen_from_clip(frame.eyes[RIGHT].clip_from_render * vec4(sampled, 1.0)).xy;
+            if (distance(right - (vec2(at) + 0.5), vec2(there) + 0.5 - pixel) > LEAST_SHIFT) return true;
+        }
     }
     return false;
 }
 
 // `known`: of the lights, as known_lights.glsl has it, where the light itself is not shared.
-bool share(ivec2 at, float depth, out vec3 direct, out vec3 indirect, out uvec4 known) {
+bool share(ivec2 at, float depth, out vec3 direct, out uvec4 known) {
     known = uvec4(0u);
     direct = vec3(0.0);
-    indirect = vec3(0.0);
     uint instance = texelFetch(instance_image, ivec3(at, RIGHT), 0).x;
     if (instance == 0u || sharing[instance - 1u] == 0u) return false;
     Surface s = unpack_surface(texelFetch(surface_image, ivec3(at, RIGHT), 0));
@@ -77,7 +79,7 @@ bool share(ivec2 at, float depth, out vec3 direct, out vec3 indirect, out uvec4 
     if (clip.w <= 0.0) return false;
     vec2 pixel = screen_from_clip(clip).xy;
     if (any(lessThan(pixel, vec2(0.0))) || any(greaterThanEqual(pixel, vec2(frame.size)))) return false;
-    if (near_edge(position, s.face_normal, pixel)) return false;
+    if (near_edge(position, s.face_normal, pixel, at)) return false;
 
     float off_plane = PLANE_TOLERANCE * length(position - eye_position(RIGHT));
     vec2 corner = floor(pixel - 0.5), f = pixel - 0.5 - corner;
@@ -99,14 +101,12 @@ bool share(ivec2 at, float depth, out vec3 direct, out vec3 indirect, out uvec4 
         Surface t = unpack_surface(texelFetch(surface_image, tap, 0));
         vec3 tap_diffuse = texelFetch(diffuse_image, there, 0).rgb;
         vec3 tap_rest = imageLoad(direct_image, tap).rgb - t.albedo * tap_diffuse;
-        vec3 tap_indirect = INDIRECT != 0u ? imageLoad(indirect_image, tap).rgb : vec3(0.0);
         if (SHADOWS != 0u) known_there &= imageLoad(known_image, tap);
-        vec3 seen = tap_rest + s.albedo * (tap_diffuse + tap_indirect);
+        vec3 seen = tap_rest + s.albedo * tap_diffuse;
         low = min(low, seen);
         high = max(high, seen);
         diffuse += weight * tap_diffuse;
         rest += weight * tap_rest;
-        indirect += weight * tap_indirect;
         normal += weight * t.normal;
         roughness += weight * t.roughness;
         weights += weight;
@@ -115,9 +115,8 @@ bool share(ivec2 at, float depth, out vec3 direct, out vec3 indirect, out uvec4 
     known = known_there;
     diffuse /= weights;
     rest /= weights;
-    indirect /= weights;
     roughness /= weights;
-    vec3 total = rest + s.albedo * (diffuse + indirect);
+    vec3 total = rest + s.albedo * diffuse;
     float light = largest(total);
     if (!(largest(high - low) <= MOST_SPREAD * light)) return false;
     // Beyond fp16 the diffuse part is cut.
@@ -131,7 +130,7 @@ bool share(ivec2 at, float depth, out vec3 direct, out vec3 indirect, out uvec4 
     float change = (to_eye + 2.0 * turned) / square(r) + 4.0 * abs(roughness - s.roughness) / r;
     float specular = largest(max(rest, vec3(0.0)));
     if (!(specular * (exp(change) - 1.0) + 2.0 * turned * light <= MOST_CHANGE * light)) return false;
-    direct = max(rest + s.albedo * diffuse, vec3(0.0));
+    direct = max(total, vec3(0.0));
     return true;
 }
 
@@ -152,11 +151,10 @@ void main() {
     if (all(lessThan(id.xy, frame.size))) {
         ivec3 texel = ivec3(id.xy, RIGHT);
         float depth = texelFetch(depth_image, texel, 0).x;
-        vec3 direct, indirect;
+        vec3 direct;
         if (depth > 0.0) {
-            if (share(texel.xy, depth, direct, indirect, known)) {
+            if (share(texel.xy, depth, direct, known)) {
                 imageStore(direct_image, texel, vec4(direct, 1.0));
-                if (INDIRECT != 0u) imageStore(indirect_image, texel, vec4(indirect, 1.0));
             } else {
                 left_over = true;
                 if (SHADOWS != 0u) imageStore(known_image, texel, known);

@@ -228,7 +228,9 @@ fn excluded_materials_are_lit_in_full_to_the_bit() {
         scene.materials[i].shading_reuse = false;
     }
     let excluded: Vec<bool> = scene.primitives.iter().map(|p| !scene.materials[p.material].shading_reuse).collect();
-    let (in_full, shared, prepared) = both(&gpu, &Arc::new(scene), &settings(160, 90));
+    // Without traced reflections, which show the others.
+    let full = Settings { ray_roughness_limit: -1.0, ..settings(160, 90) };
+    let (in_full, shared, prepared) = both(&gpu, &Arc::new(scene), &full);
     let geometry = prepared.geometry().expect("read");
     let (mut pixels, mut others) = (0, 0);
     for (i, instance) in geometry.eyes[1].instance.iter().enumerate() {
@@ -239,7 +241,7 @@ fn excluded_materials_are_lit_in_full_to_the_bit() {
             others += 1;
         }
     }
-    assert!(pixels > 1000 && others > 1000, "{pixels} excluded, {others} others differ");
+    assert!(pixels > 1000 && others > 200, "{pixels} excluded, {others} others differ");
 }
 
 #[test]
@@ -275,10 +277,11 @@ fn another_pose_and_another_light_are_lit_anew() {
 }
 
 #[test]
-fn baked_light_is_shared_too() {
+fn baked_light_is_each_eyes_own() {
     let gpu = gpu();
     let full = Settings { indirect: true, ..settings(120, 68) };
     let (in_full, shared, prepared) = both(&gpu, &Arc::new(hall(8)), &full);
+    assert_eq!(shared.eyes[0], in_full.eyes[0]);
     let above = share(&errors(&shared, &in_full), 0.02);
     assert!(above <= 0.005 && reused(&prepared) >= 0.4, "{above}, {}", reused(&prepared));
 }

@@ -98,7 +98,7 @@ impl Needs {
         } else {
             parts.never("indirect", "indirect light was not asked for")
         };
-        let shading_reuse = shading_reuse(&mut parts, scene, (shadows, indirect), (screen, settings));
+        let shading_reuse = shading_reuse(&mut parts, scene, shadows, (screen, settings));
         ambient_occlusion(&mut parts, settings.ao.method);
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
@@ -225,28 +225,22 @@ impl Needs {
     }
 }
 
-/// Rays a pixel of one eye, to lights or for baked light, from which on the eyes share shading.
+/// Rays of a pixel to lights from which on the eyes share shading.
 const RAYS_THAT_PAY: usize = 4;
 /// Likewise lights, where none casts a shadow.
 const LIGHTS_THAT_PAY: usize = 16;
 
 /// Not forced either: shared shading is another picture, within a bound.
-fn shading_reuse(
-    parts: &mut Parts,
-    scene: &Scene,
-    (shadows, indirect): (bool, bool),
-    (screen, settings): (bool, &Settings),
-) -> bool {
+fn shading_reuse(parts: &mut Parts, scene: &Scene, shadows: bool, (screen, settings): (bool, &Settings)) -> bool {
     let name = "shading_reuse";
     let lights = scene.lights.len();
-    let rays = usize::from(indirect)
-        + match shadows {
-            true => scene.lights.iter().filter(|l| l.casts_shadow).map(rays_to).sum(),
-            false => 0,
-        };
+    let rays: usize = match shadows {
+        true => scene.lights.iter().filter(|l| l.casts_shadow).map(rays_to).sum(),
+        false => 0,
+    };
     match settings.shading_reuse {
         ShadingReuse::Off => parts.never(name, "each eye is lit in full"),
-        _ if !screen => parts.never(name, "the reference lights each eye in full"),
+        _ if !screen => parts.never(name, "rays through the geometry take nothing from the other eye"),
         _ if lights == 0 || scene.instances.is_empty() => parts.never(name, "there is no light or no surface"),
         ShadingReuse::Always => parts.needed(name, true, "it was asked for, whether it pays or not", ""),
         ShadingReuse::Auto if rays > 0 => {

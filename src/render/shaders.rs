@@ -7,12 +7,10 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 15] = [
+const OF_VIEWS: [&str; 13] = [
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",
-    "indirect_reuse.comp",
-    "indirect_reuse_ray_query.comp",
     "lights.comp",
     "reproject.comp",
     "resolve.comp",

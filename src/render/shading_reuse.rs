@@ -24,8 +24,6 @@ pub struct Shared {
     pub list: RayList,
     /// Which lights arrive whole and which are hidden; a single texel where nothing casts a shadow.
     known: Image,
-    /// Stands in for baked light.
-    nothing: Image,
 }
 
 impl Shared {
@@ -44,7 +42,6 @@ impl Shared {
             known: Image::new(gpu, "known lights", known)?,
             diffuse: Image::new(gpu, "diffuse light", one_eye(width, height))?,
             list: RayList::new(gpu, u64::from(width) * u64::from(height))?,
-            nothing: Image::new(gpu, "no baked light", ImageDesc::stereo(1, 1, vk::Format::R16G16B16A16_SFLOAT))?,
         })
     }
 }
@@ -54,7 +51,6 @@ pub struct ShadingReusePass {
     /// With shadows or without: `shaders/shadows.comp`, `shaders/lights.comp`.
     lights: ComputePass,
     shadows: bool,
-    indirect: Option<ComputePass>,
     reuse: ComputePass,
     soft_rays: u32,
     /// A word an instance.
@@ -106,8 +102,7 @@ struct Listed {
 }
 
 impl ShadingReusePass {
-    /// `rays` where lights cast shadows or there is baked light; `soft_rays` as [`super::shadows::ShadowsPass::new`] has
-    /// it.
+    /// `rays` where lights cast shadows; `soft_rays` as [`super::shadows::ShadowsPass::new`] has it.
     ///
     /// # Errors
     /// What the device said.
@@ -126,10 +121,6 @@ impl ShadingReusePass {
             }
             None => ComputePass::new(gpu, "lights", &shaders::LIGHTS_COMP.words(), &[])?,
         };
-        let indirect = |rays: &RayScene| {
-            let shader = rays.variant(&shaders::INDIRECT_REUSE_COMP, &shaders::INDIRECT_REUSE_RAY_QUERY_COMP);
-            ComputePass::new(gpu, "indirect", &shader.words(), &[u32::from(needs.mask)])
-        };
         let sharing: Vec<u32> = scene
             .instances
             .iter()
@@ -140,14 +131,13 @@ impl ShadingReusePass {
         Ok(ShadingReusePass {
             lights,
             shadows: needs.shadows && rays.is_some(),
-            indirect: rays.filter(|_| needs.indirect).map(indirect).transpose()?,
-            reuse: ComputePass::new(gpu, "shading_reuse", &words, &[needs.indirect, needs.shadows].map(u32::from))?,
+            reuse: ComputePass::new(gpu, "shading_reuse", &words, &[u32::from(needs.shadows)])?,
             soft_rays,
             sharing: Buffer::with_content(gpu, "instances that share shading", &sharing)?,
         })
     }
 
-    /// Writes `direct` and, where there is baked light, `indirect` of [`Targets`]. `finer` as
+    /// Writes `direct` of [`Targets`]. `finer` as
     /// [`super::shadows::ShadowsPass::record`] has it.
     ///
     /// # Errors
@@ -174,7 +164,6 @@ impl ShadingReusePass {
             .sampled(&shared.diffuse, &context.nearest)
             .read_buffer(&self.sharing)
             .read_write(direct)
-            .read_write(targets.indirect.as_ref().unwrap_or(&shared.nothing))
             .write_buffer(&shared.list.rays)
             .write_buffer(&shared.list.arguments)
             .read_write(&shared.known)
@@ -203,20 +192,6 @@ impl ShadingReusePass {
             .read_buffer(&shared.list.rays)
             .read_buffer(&shared.list.arguments);
         let chain = if self.shadows { chain.read_write(&shared.known) } else { chain };
-        pixels.dispatch(chain, shared, direct)?;
-        if let (Some(pass), Some(rays), Some(indirect)) = (&self.indirect, rays, &targets.indirect) {
-            let chain = frame
-                .compute(pass)
-                .uniform(&context.frame)
-                .with(|chain| rays.bind(chain, resources, context))
-                .sampled(depth, &context.nearest)
-                .with(|chain| context.baked.bind(chain, context))
-                .read_write(indirect)
-                .read_buffer(&shared.list.rays)
-                .read_buffer(&shared.list.arguments)
-                .constants(&Listed { listed });
-            pixels.dispatch(chain, shared, direct)?;
-        }
-        Ok(())
+        pixels.dispatch(chain, shared, direct)
     }
 }

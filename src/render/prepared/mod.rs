@@ -49,7 +49,7 @@ struct Passes {
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
     indirect: Option<IndirectPass>,
-    /// Stands in for the two above where the eyes share shading.
+    /// Stands in for `shadows` where the eyes share shading.
     shading_reuse: Option<ShadingReusePass>,
     ao: Option<AoPass>,
     lighting: LightingPass,
@@ -70,7 +70,7 @@ impl Passes {
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
-        let of_lights = rays.filter(|_| !needs.shading_reuse);
+        let of_lights = rays;
         let reuse = || ShadingReusePass::new(gpu, scene, needs, rays, settings.soft_shadow_rays);
         let shading_reuse = needs.shading_reuse.then(reuse).transpose()?;
         let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
@@ -82,7 +82,7 @@ impl Passes {
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
             shadows: of_lights
-                .filter(|_| needs.shadows)
+                .filter(|_| needs.shadows && !needs.shading_reuse)
                 .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
                 .transpose()?,
             lighting: LightingPass::new(gpu, needs)?,

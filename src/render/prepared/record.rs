@@ -125,7 +125,7 @@ impl Prepared {
     ) -> Result<(), GpuError> {
         let Prepared { resources, passes, .. } = self;
         if let Some(pass) = &passes.shading_reuse {
-            return pass.record(frame, (resources, self.rays.as_deref()), context, targets, finer);
+            pass.record(frame, (resources, self.rays.as_deref()), context, targets, finer)?;
         }
         let Some(rays) = &self.rays else { return Ok(()) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
