@@ -329,7 +329,7 @@ fn measure() {
                 let mut times = [Vec::new(), Vec::new()];
                 let mut seen = None;
                 for round in 0..=rounds {
-                    let [a, b] = both.each_mut().map(|p| lit(p));
+                    let [a, b] = both.each_mut().map(lit);
                     if round > 0 {
                         times[0].push(a.0);
                         times[1].push(b.0);
