@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Shaders that are compiled a second time with a word defined, as NAME_word.comp.
+/// Shaders that are compiled once more with words defined, as NAME_word_word.comp.
 const VARIANTS: &[(&str, &str)] = &[
     ("ao_blend.comp", "LISTED"),
     ("ao_filter.comp", "LISTED"),
@@ -16,6 +16,8 @@ const VARIANTS: &[(&str, &str)] = &[
     ("path_trace.comp", "RAY_QUERY"),
     ("probe.comp", "RAY_QUERY"),
     ("shadows.comp", "RAY_QUERY"),
+    ("shadows.comp", "REUSE"),
+    ("shadows.comp", "REUSE RAY_QUERY"),
     ("trace_geometry.comp", "RAY_QUERY"),
 ];
 
@@ -48,13 +50,13 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     let mut list = String::new();
     for file in &files {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let mut made = vec![(name.clone(), None)];
-        for (_, word) in VARIANTS.iter().filter(|(of, _)| *of == name) {
-            made.push((name.replace('.', &format!("_{}.", word.to_lowercase())), Some(*word)));
+        let mut made = vec![(name.clone(), "")];
+        for (_, words) in VARIANTS.iter().filter(|(of, _)| *of == name) {
+            made.push((name.replace('.', &format!("_{}.", words.to_lowercase().replace(' ', "_"))), *words));
         }
-        for (name, define) in made {
+        for (name, words) in made {
             let target = out.join(format!("{name}.spv"));
-            compile(file, &target, define)?;
+            compile(file, &target, words)?;
             add(&mut code, &mut list, &name, &target);
         }
     }
@@ -74,11 +76,11 @@ fn add(code: &mut String, list: &mut String, name: &str, target: &Path) {
     let _ = write!(list, "&{symbol}, ");
 }
 
-fn compile(file: &Path, target: &Path, define: Option<&str>) -> Result<(), String> {
+fn compile(file: &Path, target: &Path, words: &str) -> Result<(), String> {
     let compiler = std::env::var_os("GLSLC").unwrap_or_else(|| "glslc".into());
     let run = Command::new(&compiler)
         .args(["--target-env=vulkan1.3", "-Werror", "-I", "shaders"])
-        .args(define.map(|word| format!("-D{word}")))
+        .args(words.split_whitespace().map(|word| format!("-D{word}")))
         .arg("-o")
         .arg(target)
         .arg(file)

@@ -1,5 +1,7 @@
 #version 460
-// In: G-buffer, lights, the scene's BVH. Out: what the punctual lights put on each pixel, in the shadows of all matter.
+// In: G-buffer, lights, the scene's BVH. Out: what the punctual lights put on each pixel, in the shadows of all matter. With
+// REUSE: on each pixel of the left eye, or on the listed ones of the right eye; of the left eye its diffuse part without the
+// albedo as well.
 // The random numbers of soft shadows do not depend on the seed: a view's shadows are one pattern, as its geometry is,
 // whatever is traced on top of it.
 #extension GL_GOOGLE_include_directive : require
@@ -30,12 +32,25 @@ layout(binding = 10) uniform usampler2DArray surface_image;
 layout(binding = 11) uniform sampler2DArray depth_image;
 layout(binding = 12, rgba32f) writeonly uniform image2DArray direct_image;
 // Rays to a light that has a size: of the first question, and in a penumbra.
+#ifdef REUSE
+layout(binding = 13, rgba16f) writeonly uniform image2D diffuse_image;
+layout(binding = 14, std430) readonly buffer Rays { uint rays[]; };
+layout(binding = 15, std430) readonly buffer Arguments { uint arguments[4]; };
+layout(binding = 16, rgba32ui) uniform uimage2DArray known_image;
+layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; uint listed; };
+#else
 layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; };
+#endif
 
 #include "common/camera.glsl"
 #include "common/hit_surface.glsl"
 #include "common/lights.glsl"
 #include "common/shadow.glsl"
+#ifdef REUSE
+#include "common/diffuse_light.glsl"
+#include "common/known_lights.glsl"
+#include "common/left_or_listed.glsl"
+#endif
 
 // The rays of a pixel's first question: whether all that stands on the rim of the light's disc is alike. Where it is,
 // the light is whole or hidden: an edge across the disc that none of six finds hides at most 3 % of it.
@@ -61,9 +76,17 @@ vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) 
 }
 
 void main() {
+#ifdef REUSE
+    ivec3 texel;
+    if (!left_or_listed(texel)) return;
+    uvec3 id = uvec3(texel);
+    vec3 diffuse = vec3(0.0);
+    uvec4 known = listed != 0u ? imageLoad(known_image, texel) : uvec4(0u);
+#else
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
     ivec3 texel = ivec3(id);
+#endif
     uint eye = id.z;
     vec2 center = vec2(id.xy) + 0.5;
     float depth = texelFetch(depth_image, texel, 0).x;
@@ -73,10 +96,31 @@ void main() {
         vec3 position = render_position(eye, center, depth);
         vec3 v = normalize(eye_position(eye) - position);
         for (uint i = 0u; i < frame.light_count; ++i) {
+#ifdef REUSE
+            vec3 of_light;
+            vec3 light = from_light_with_diffuse(lights[i], s, position, v, of_light);
+#else
             vec3 light = from_light(lights[i], s, position, v);
+#endif
             if (all(equal(light, vec3(0.0)))) continue;
+#ifdef REUSE
+            vec3 share;
+            if (!is_known(known, i, share)) {
+                share = mean_share(i, position, s.face_normal, eye, id.xy);
+                if (listed == 0u) learn(known, i, share);
+            }
+            direct += light * share;
+            diffuse += of_light * share;
+#else
             direct += light * mean_share(i, position, s.face_normal, eye, id.xy);
+#endif
         }
     }
     imageStore(direct_image, texel, vec4(direct, 1.0));
+#ifdef REUSE
+    if (listed == 0u) {
+        imageStore(diffuse_image, texel.xy, vec4(min(diffuse, vec3(65504.0)), 1.0));
+        imageStore(known_image, texel, known);
+    }
+#endif
 }

@@ -17,7 +17,7 @@ use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Ao, Firefly, Method, Reuse, Settings, Temporal};
+use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal};
 #[cfg(feature = "gpu")]
 use crate::scene::{Fallback, Scene, View};
 
@@ -99,6 +99,11 @@ struct SceneArgs {
     /// Let every light go through everything, as in the paper.
     #[arg(long)]
     no_shadows: bool,
+    /// The right eye takes from the left one what lights put on the places that both see. `auto`: where the lights cost more
+    /// than the test; `always`: wherever there is a light.
+    #[arg(long, value_enum, default_value_t = ShadingReuse::Off, num_args = 0..=1, default_missing_value = "auto",
+          require_equals = true)]
+    shading_reuse: ShadingReuse,
     /// One of the scenes' views; each scene's first by default.
     #[arg(long)]
     view: Option<String>,
@@ -190,6 +195,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         firefly: of.firefly,
         temporal: of.temporal,
         shadows: !of.no_shadows,
+        shading_reuse: of.shading_reuse,
         antialias: of.antialias,
         indirect: of.indirect,
         ..device::settings(size, 0)

@@ -14,7 +14,7 @@ use crate::picture::{self, Part};
 use crate::render::needs;
 use crate::render::shared::Counts;
 use crate::render::{
-    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, Shadows, Streams, Temporal, Trace,
+    Ao, Firefly, Method, Rendered, Renderer, Request, Reuse, Settings, ShadingReuse, Shadows, Streams, Temporal, Trace,
     median_of_sorted,
 };
 use crate::scene::{self, Fallback};
@@ -94,6 +94,11 @@ pub struct Args {
     /// Let every light go through everything, as in the paper.
     #[arg(long, conflicts_with = "shadows")]
     no_shadows: bool,
+    /// The right eye takes from the left one what lights put on the places that both see. `auto`: where the lights cost more
+    /// than the test; `always`: wherever there is a light.
+    #[arg(long, value_enum, default_value_t = ShadingReuse::Off, num_args = 0..=1, default_missing_value = "auto",
+          require_equals = true)]
+    shading_reuse: ShadingReuse,
     /// Indirect diffuse light, gathered once a scene and kept in the user's cache folder. Instead of the environment's, it
     /// lights what the views and the rays see.
     #[arg(long)]
@@ -188,6 +193,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         trace: args.trace,
         shadows: !args.no_shadows,
         shadows_by: args.shadows,
+        shading_reuse: args.shading_reuse,
         antialias: args.antialias,
         indirect: args.indirect,
         ao,

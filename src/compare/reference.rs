@@ -99,6 +99,7 @@ impl Reference {
             max_steps: neutral.max_steps,
             reuse: neutral.reuse,
             firefly: neutral.firefly,
+            shading_reuse: neutral.shading_reuse,
             ..options.settings.clone()
         };
         let key = identity(renderer.scene(), camera, method, &settings, gpu.info().kind)?;

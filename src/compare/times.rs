@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::gpu::PassTime;
 
 /// Passes that every method has alike, reflections or not.
-const SHARED: [&str; 5] = ["gbuffer", "shadows", "indirect", "lighting", "composite"];
+const SHARED: [&str; 7] = ["gbuffer", "lights", "shadows", "indirect", "shading_reuse", "lighting", "composite"];
 
 /// What the passes of ambient occlusion begin with: they are no reflection work either.
 const AMBIENT: &str = "ao_";

@@ -21,7 +21,7 @@ impl LightingPass {
     /// What the device said.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
-        let parts = [needs.emission, needs.shadows, needs.indirect, needs.ao != Ao::None].map(u32::from);
+        let parts = [needs.emission, needs.direct(), needs.indirect, needs.ao != Ao::None].map(u32::from);
         Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &parts)? })
     }
 

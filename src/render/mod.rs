@@ -35,6 +35,7 @@ mod resolve;
 pub mod settings;
 
 pub mod shaders;
+mod shading_reuse;
 mod shadow_maps;
 mod shadows;
 pub mod shared;
@@ -50,4 +51,4 @@ pub use identity::identity;
 pub use method::{Method, Reuse, Temporal};
 pub use prepared::{FrameReport, Prepared};
 pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
-pub use settings::{Firefly, Settings, Shadows, Streams, Trace};
+pub use settings::{Firefly, Settings, ShadingReuse, Shadows, Streams, Trace};

@@ -2,11 +2,12 @@
 //!
 //! Each predicate is conservative: it proves the image unchanged.
 
-use crate::scene::{Alpha, Fallback, Material, Scene};
+use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
 use super::ao::Ao;
 use super::method::{Answer, Blend, Method, Reuse, Traversal};
-use super::settings::{Settings, Shadows};
+use super::settings::{Settings, ShadingReuse, Shadows};
+use super::shadows::RIM_RAYS;
 
 /// A pass (or a part of one) and why it runs or not.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -28,6 +29,8 @@ pub struct Needs {
     pub shadows: bool,
     /// Those on the views are found in maps; at what rays hit they are found by rays all the same.
     pub shadow_maps: bool,
+    /// The eyes share what lights put on them.
+    pub shading_reuse: bool,
     /// Baked light stands in for the environment's diffuse light.
     pub indirect: bool,
     /// The picture is put together here; a finer twin of the view leaves that to the view.
@@ -99,6 +102,7 @@ impl Needs {
         } else {
             parts.never("indirect", "indirect light was not asked for")
         };
+        let shading_reuse = shading_reuse(&mut parts, scene, (shadows, shadow_maps), (screen, settings));
         ambient_occlusion(&mut parts, settings.ao.method);
         parts.always("lighting");
         let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
@@ -183,6 +187,7 @@ impl Needs {
             mask,
             shadows,
             shadow_maps,
+            shading_reuse,
             indirect,
             composite: true,
             glass: used().any(|m| m.transmission > 0.0),
@@ -225,6 +230,11 @@ impl Needs {
         self.shadows && !self.shadow_maps
     }
 
+    /// What lights put on each pixel has an image of its own.
+    pub fn direct(&self) -> bool {
+        self.shadows || self.shading_reuse
+    }
+
     /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
     pub fn of_hits(&self) -> [u32; 4] {
         [self.mask, self.shadows, self.glass, self.indirect].map(u32::from)
@@ -257,6 +267,52 @@ fn shadows(parts: &mut Parts, settings: &Settings, casts: bool) -> (bool, bool) 
     }
     let shadows = settings.shadows && casts;
     (shadows, shadows && settings.shadows_by == Shadows::Maps)
+}
+
+/// Rays of a pixel to lights from which on the eyes share shading.
+const RAYS_THAT_PAY: usize = 4;
+/// Likewise lights, where none casts a shadow.
+const LIGHTS_THAT_PAY: usize = 16;
+
+/// Not forced either: shared shading is another picture, within a bound.
+fn shading_reuse(
+    parts: &mut Parts,
+    scene: &Scene,
+    (shadows, maps): (bool, bool),
+    (screen, settings): (bool, &Settings),
+) -> bool {
+    let name = "shading_reuse";
+    let lights = scene.lights.len();
+    let rays: usize = match shadows {
+        true => scene.lights.iter().filter(|l| l.casts_shadow).map(rays_to).sum(),
+        false => 0,
+    };
+    match settings.shading_reuse {
+        ShadingReuse::Off => parts.never(name, "each eye is lit in full"),
+        _ if !screen => parts.never(name, "rays through the geometry take nothing from the other eye"),
+        _ if maps => parts.never(name, "a shadow map is looked up as quickly as the left eye"),
+        _ if lights == 0 || scene.instances.is_empty() => parts.never(name, "there is no light or no surface"),
+        ShadingReuse::Always => parts.needed(name, true, "it was asked for, whether it pays or not", ""),
+        ShadingReuse::Auto if rays > 0 => {
+            let yes = format!("{rays} rays a pixel cost more than looking into the left eye");
+            let no = format!(
+                "{rays} rays a pixel cost less than looking into the left eye; it pays from {RAYS_THAT_PAY} on"
+            );
+            parts.needed(name, rays >= RAYS_THAT_PAY, &yes, &no)
+        }
+        ShadingReuse::Auto => {
+            let yes = format!("{lights} lights cost more than looking into the left eye");
+            let no = format!(
+                "{lights} lights without shadows cost less than looking into the left eye; it pays from {LIGHTS_THAT_PAY} on"
+            );
+            parts.needed(name, lights >= LIGHTS_THAT_PAY, &yes, &no)
+        }
+    }
+}
+
+/// Of a pixel that lies in no penumbra.
+fn rays_to(light: &Light) -> usize {
+    if light.size > 0.0 { RIM_RAYS as usize } else { 1 }
 }
 
 /// Not forced either: what is not occluded is another picture than what is.

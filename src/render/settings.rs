@@ -59,6 +59,26 @@ impl Shadows {
     }
 }
 
+/// Whether the right eye's pixels take from the left eye's what lights put on them, where both show one place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadingReuse {
+    /// Each eye is lit in full.
+    #[default]
+    Off,
+    /// Where the scene's lights cost more than the test.
+    Auto,
+    /// Wherever there is a light, for comparisons.
+    Always,
+}
+
+impl ShadingReuse {
+    /// Each eye is lit in full, whatever the scene.
+    pub fn is_off(&self) -> bool {
+        *self == ShadingReuse::Off
+    }
+}
+
 /// Everything that changes a picture besides scene, view and method.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Settings {
@@ -99,6 +119,9 @@ pub struct Settings {
     pub indirect: bool,
     /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
     pub soft_shadow_rays: u32,
+    /// Left out of what is written where it is off, so that such a picture keeps its address.
+    #[serde(skip_serializing_if = "ShadingReuse::is_off")]
+    pub shading_reuse: ShadingReuse,
     /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing. 1 to 4.
     pub antialias: u32,
     /// Left out of what is written where nothing is occluded, so that a picture without it keeps its address.
@@ -130,6 +153,7 @@ impl Default for Settings {
             shadows_by: Shadows::Rays,
             indirect: false,
             soft_shadow_rays: 16,
+            shading_reuse: ShadingReuse::Off,
             antialias: 1,
             ao: AoSettings::default(),
             all_passes: false,

@@ -7,17 +7,21 @@ use crate::gpu::{Aligned, Shader};
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Stages that no picture of the reference passes through: a change of them keeps stored references.
-const OF_VIEWS: [&str; 13] = [
+const OF_VIEWS: [&str; 17] = [
     "accumulate.comp",
     "backface.frag",
     "backface.vert",
     "depth_pyramid.comp",
+    "lights.comp",
     "reproject.comp",
     "resolve.comp",
     "resolve_select.comp",
+    "shading_reuse.comp",
     "shadow_map.frag",
     "shadow_map.vert",
     "shadows_mapped.comp",
+    "shadows_reuse.comp",
+    "shadows_reuse_ray_query.comp",
     "trace.comp",
     "trace_one_loop.comp",
     "trace_other_eye.comp",

@@ -14,7 +14,7 @@ use super::targets::Targets;
 use super::upload::SceneResources;
 
 /// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
-const RIM_RAYS: u32 = 6;
+pub const RIM_RAYS: u32 = 6;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -53,6 +53,7 @@ impl ShadowsPass {
         (targets, direct): (&Targets, &Image),
         finer: u32,
     ) -> Result<(), GpuError> {
+        let (rim_rays, soft_rays) = rays_a_light(self.soft_rays, finer);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -61,10 +62,13 @@ impl ShadowsPass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
             .write(direct)
-            .constants(&Constants {
-                rim_rays: RIM_RAYS.div_ceil(finer).max(2),
-                soft_rays: self.soft_rays.div_ceil(finer * finer),
-            })
+            .constants(&Constants { rim_rays, soft_rays })
             .dispatch_stereo(direct.extent())
     }
+}
+
+/// Rays of a pixel to a light that has a size, of the first question and in a penumbra, where `soft_rays` of a pixel are
+/// shared by `finer` samples along each of its sides.
+pub fn rays_a_light(soft_rays: u32, finer: u32) -> (u32, u32) {
+    (RIM_RAYS.div_ceil(finer).max(2), soft_rays.div_ceil(finer * finer))
 }

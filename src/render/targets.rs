@@ -10,6 +10,7 @@ use super::ao::AoImages;
 use super::method::{Method, Traversal};
 use super::needs::Needs;
 use super::settings::Settings;
+use super::shading_reuse::Shared;
 
 /// Levels of the depth pyramid above its base (twin: `TOP_LEVEL` in march.glsl).
 pub const TOP_LEVEL: u32 = 6;
@@ -96,10 +97,12 @@ pub struct Targets {
     /// Where ambient light is occluded.
     pub ao: Option<AoImages>,
     pub radiance: Image,
-    /// What the punctual lights put on each pixel; `None` where none of them casts a shadow.
+    /// What the punctual lights put on each pixel; `None` where none of them casts a shadow and the eyes share nothing.
     pub direct: Option<Image>,
     /// Baked light of each pixel's surface; `None` without any.
     pub indirect: Option<Image>,
+    /// Where the eyes share shading.
+    pub shared: Option<Shared>,
     pub rays: Option<RayList>,
     /// What the resolve asks of neighbours; a single texel where nothing is resolved.
     pub guide: Image,
@@ -191,7 +194,8 @@ impl Targets {
             ao: (!settings.ao.is_off()).then(|| AoImages::new(gpu, settings.ao.method, (w, h))).transpose()?,
             radiance: stereo("radiance", rgba16)?,
             indirect: needs.indirect.then(|| stereo("indirect light", rgba16)).transpose()?,
-            direct: needs.shadows.then(|| stereo("direct light", rgba32)).transpose()?,
+            direct: needs.direct().then(|| stereo("direct light", rgba32)).transpose()?,
+            shared: needs.shading_reuse.then(|| Shared::new(gpu, needs, (w, h))).transpose()?,
             guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,
                 false => Image::new(gpu, "guide", ImageDesc::stereo(1, 1, vk::Format::R32G32B32A32_UINT))?,

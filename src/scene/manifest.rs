@@ -29,6 +29,9 @@ pub struct Manifest {
     /// What a glTF cannot say of its own lights: their size and whether they cast shadows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub file_lights: Vec<FileLightSpec>,
+    /// What a glTF cannot say of its materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<MaterialSpec>,
     /// Light from infinity; the default sky when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentSpec>,
@@ -154,6 +157,17 @@ pub struct FileLightSpec {
     /// Of any other light: radius of the sphere that it shines from, 0 to 1,000 m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_m: f32,
+}
+
+/// What may be done with a material of the geometry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// All materials of this name are meant.
+    pub name: String,
+    /// False: each eye is lit in full where it is seen, whatever `--shading-reuse` says.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub shading_reuse: bool,
 }
 
 fn yes() -> bool {

@@ -111,6 +111,8 @@ pub struct Material {
     pub double_sided: bool,
     /// `KHR_materials_transmission` factor, 0–1.
     pub transmission: f32,
+    /// The eyes may share what lights put on it; a manifest may forbid it.
+    pub shading_reuse: bool,
 }
 
 /// How coverage is decided. Blended surfaces are cut out at one half: a deferred renderer has one surface a pixel.

@@ -29,6 +29,7 @@ pub fn material(roughness: f32) -> Material {
         alpha: Alpha::Opaque,
         double_sided: false,
         transmission: 0.0,
+        shading_reuse: true,
     }
 }
 

@@ -39,6 +39,7 @@ use super::renderer::RenderError;
 use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
+use super::shading_reuse::ShadingReusePass;
 use super::shadow_maps::{MappedShadowsPass, ShadowMaps};
 use super::shadows::ShadowsPass;
 use super::shared::Counts;
@@ -54,6 +55,8 @@ struct Passes {
     shadows: Option<ShadowsPass>,
     mapped_shadows: Option<MappedShadowsPass>,
     indirect: Option<IndirectPass>,
+    /// Stands in for `shadows` where the eyes share shading.
+    shading_reuse: Option<ShadingReusePass>,
     ao: Option<AoPass>,
     lighting: LightingPass,
     classify: Option<ClassifyPass>,
@@ -69,21 +72,24 @@ struct Passes {
 impl Passes {
     fn new(
         gpu: &Rc<Gpu>,
-        resources: &SceneResources,
+        (scene, resources): (&Scene, &SceneResources),
         needs: &Needs,
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
         let of_lights = rays;
+        let reuse = || ShadingReusePass::new(gpu, scene, needs, rays, settings.soft_shadow_rays);
+        let shading_reuse = needs.shading_reuse.then(reuse).transpose()?;
         let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
         let rays = rays.filter(|_| needs.path_trace);
         Ok(Passes {
+            shading_reuse,
             ao,
             gbuffer: GBufferPass::new(gpu, resources, needs)?,
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
             shadows: of_lights
-                .filter(|_| needs.shadow_rays())
+                .filter(|_| needs.shadow_rays() && !needs.shading_reuse)
                 .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
                 .transpose()?,
             mapped_shadows: needs.shadow_maps.then(|| MappedShadowsPass::new(gpu, needs)).transpose()?,
@@ -183,7 +189,7 @@ impl Prepared {
         let history = needs.accumulate.then(|| History::new(&gpu, size, scene.instances.len())).transpose()?;
         let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
         let places = scene.places();
-        let passes = Passes::new(&gpu, &resources, &needs, (settings, method), rays.as_deref())?;
+        let passes = Passes::new(&gpu, (&scene, &resources), &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
             gpu,

@@ -51,6 +51,18 @@ impl Prepared {
         Ok(Some(count))
     }
 
+    /// Pixels of the right eye, a guard band included, that took no shading from the left one and were lit in full, when the
+    /// view was lit last; `None` where the eyes share nothing.
+    ///
+    /// # Errors
+    /// As [`Prepared::linear`].
+    pub fn pixels_lit_again(&self) -> Result<Option<u32>, GpuError> {
+        let Some(shared) = &self.targets.shared else { return Ok(None) };
+        let arguments = read_buffer(&self.gpu, &shared.list.arguments)?;
+        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
+        Ok(Some(count))
+    }
+
     /// Standard error of the reflection's mean, per channel; the reference only.
     ///
     /// # Errors

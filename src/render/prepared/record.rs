@@ -138,6 +138,9 @@ impl Prepared {
         if let (Some(pass), Some(maps), Some(direct)) = (&passes.mapped_shadows, &self.shadow_maps, &targets.direct) {
             pass.record(frame, maps, context, (targets, direct))?;
         }
+        if let Some(pass) = &passes.shading_reuse {
+            pass.record(frame, (resources, self.rays.as_deref()), context, targets, finer)?;
+        }
         let Some(rays) = &self.rays else { return Ok(()) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
             pass.record(frame, resources, rays, context, (targets, direct), finer)?;

@@ -7,6 +7,7 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 use super::document::Document;
 use super::files::Reader;
 use super::framing;
+use super::material;
 use crate::scene::environment::sky;
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::manifest::{
@@ -39,7 +40,7 @@ fn default_sky() -> Environment {
 /// A glTF seen through a manifest, with the lights of [`super::lights::of_manifest`]; `map` is its environment file, decoded.
 pub fn with_manifest(
     manifest: &Manifest,
-    (document, mut placed): (Document, Vec<Light>),
+    (mut document, mut placed): (Document, Vec<Light>),
     map: Option<Equirect>,
     reader: Reader,
 ) -> Result<Scene, Reason> {
@@ -47,6 +48,7 @@ pub fn with_manifest(
     if !(exposure.is_finite() && exposure > 0.0) {
         return Err(format!("exposure is {exposure}; it must be a number above 0"));
     }
+    material::shape_those_of_file(&mut document.materials, &manifest.materials)?;
     let environment = match &manifest.environment {
         Some(EnvironmentSpec::Constant(radiance)) => {
             check_color("environment.constant", *radiance)?;

@@ -15,6 +15,7 @@ use super::accessor::Buffers;
 use super::files::Reader;
 use super::image::Textures;
 use crate::scene::error::Reason;
+use crate::scene::manifest::MaterialSpec;
 use crate::scene::{Alpha, Material, TextureRef};
 
 /// What a primitive without a material gets (glTF 2.0 §3.7.2.1).
@@ -34,7 +35,20 @@ pub fn default_material() -> Material {
         alpha: Alpha::Opaque,
         double_sided: false,
         transmission: 0.0,
+        shading_reuse: true,
     }
+}
+
+/// Gives the materials of a glTF what only the manifest can say of them.
+pub fn shape_those_of_file(materials: &mut [Material], specs: &[MaterialSpec]) -> Result<(), Reason> {
+    for spec in specs {
+        let mut named = materials.iter_mut().filter(|m| m.name == spec.name).peekable();
+        if named.peek().is_none() {
+            return Err(format!("materials `{}`: the glTF has no material of that name", spec.name));
+        }
+        named.for_each(|m| m.shading_reuse = spec.shading_reuse);
+    }
+    Ok(())
 }
 
 /// Its surfaces emit their base colour and answer to no light.
@@ -104,6 +118,7 @@ fn core(slots: &mut Slots, json: &JsonMaterial) -> Result<Material, Reason> {
         },
         double_sided: json.double_sided,
         transmission: transmission.map_or(0.0, |t| unit(t.transmission_factor.0)),
+        shading_reuse: true,
     };
     if lit {
         gloss::apply(slots, json, &mut material)?;

@@ -1,0 +1,197 @@
+//! Shading shared by the eyes: what lights put on the left eye's pixels, on those of the right eye as well.
+
+use std::rc::Rc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Buffer, ComputePass, Dispatch, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::scene::Scene;
+
+use super::bvh::RayScene;
+use super::context::Context;
+use super::needs::Needs;
+use super::shaders;
+use super::shadows::rays_a_light;
+use super::targets::{GBuffer, RayList, Targets};
+use super::upload::SceneResources;
+
+/// What the passes leave for each other.
+pub struct Shared {
+    /// Of the left eye: what lights put on it, without the albedo and what is specular.
+    diffuse: Image,
+    /// Pixels of the right eye that take nothing from the left one.
+    pub list: RayList,
+    /// Which lights arrive whole and which are hidden; a single texel where nothing casts a shadow.
+    known: Image,
+}
+
+impl Shared {
+    /// For views of so many pixels.
+    ///
+    /// # Errors
+    /// When device memory runs out: the message names the image and its bytes.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, (width, height): (u32, u32)) -> Result<Shared, GpuError> {
+        let one_eye = |width, height| ImageDesc {
+            layers: 1,
+            ..ImageDesc::stereo(width, height, vk::Format::R16G16B16A16_SFLOAT)
+        };
+        let (known_width, known_height) = if needs.shadows { (width, height) } else { (1, 1) };
+        let known = ImageDesc::stereo(known_width, known_height, vk::Format::R32G32B32A32_UINT);
+        Ok(Shared {
+            known: Image::new(gpu, "known lights", known)?,
+            diffuse: Image::new(gpu, "diffuse light", one_eye(width, height))?,
+            list: RayList::new(gpu, u64::from(width) * u64::from(height))?,
+        })
+    }
+}
+
+/// Lights the left eye, gives the right eye what it may take, and lights the rest. See `shaders/shading_reuse.comp`.
+pub struct ShadingReusePass {
+    /// With shadows or without: `shaders/shadows.comp`, `shaders/lights.comp`.
+    lights: ComputePass,
+    shadows: bool,
+    reuse: ComputePass,
+    soft_rays: u32,
+    /// A word an instance.
+    sharing: Buffer,
+}
+
+/// Which pixels a dispatch lights.
+#[derive(Clone, Copy, PartialEq)]
+enum Pixels {
+    OfLeftEye,
+    /// Of the right eye.
+    Listed,
+}
+
+impl Pixels {
+    /// As many groups as the pixels need.
+    fn dispatch<'f>(self, chain: Dispatch<'f>, shared: &'f Shared, lit: &Image) -> Result<(), GpuError> {
+        let (width, height) = lit.extent();
+        match self {
+            Pixels::OfLeftEye => chain.dispatch(width.div_ceil(8), height.div_ceil(8), 1),
+            Pixels::Listed => chain.dispatch_indirect(&shared.list.arguments, 0),
+        }
+    }
+}
+
+/// What a frame's dispatches look at.
+#[derive(Clone, Copy)]
+struct Seen<'a> {
+    resources: &'a SceneResources,
+    rays: Option<&'a RayScene>,
+    context: &'a Context,
+    targets: &'a Targets,
+    shared: &'a Shared,
+    direct: &'a Image,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct OfShadows {
+    rim_rays: u32,
+    soft_rays: u32,
+    listed: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Listed {
+    listed: u32,
+}
+
+impl ShadingReusePass {
+    /// `rays` where lights cast shadows; `soft_rays` as [`super::shadows::ShadowsPass::new`] has it.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn new(
+        gpu: &Rc<Gpu>,
+        scene: &Scene,
+        needs: &Needs,
+        rays: Option<&RayScene>,
+        soft_rays: u32,
+    ) -> Result<ShadingReusePass, GpuError> {
+        let lights = match rays.filter(|_| needs.shadows) {
+            Some(rays) => {
+                let shader = rays.variant(&shaders::SHADOWS_REUSE_COMP, &shaders::SHADOWS_REUSE_RAY_QUERY_COMP);
+                let parts = [needs.mask, needs.glass].map(u32::from);
+                ComputePass::new(gpu, "shadows", &shader.words(), &parts)?
+            }
+            None => ComputePass::new(gpu, "lights", &shaders::LIGHTS_COMP.words(), &[])?,
+        };
+        let sharing: Vec<u32> = scene
+            .instances
+            .iter()
+            .map(|instance| &scene.materials[scene.primitives[instance.primitive].material])
+            .map(|material| u32::from(material.shading_reuse))
+            .collect();
+        let words = shaders::SHADING_REUSE_COMP.words();
+        Ok(ShadingReusePass {
+            lights,
+            shadows: needs.shadows && rays.is_some(),
+            reuse: ComputePass::new(gpu, "shading_reuse", &words, &[u32::from(needs.shadows)])?,
+            soft_rays,
+            sharing: Buffer::with_content(gpu, "instances that share shading", &sharing)?,
+        })
+    }
+
+    /// Writes `direct` of [`Targets`]. `finer` as
+    /// [`super::shadows::ShadowsPass::record`] has it.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        (resources, rays): (&SceneResources, Option<&RayScene>),
+        context: &Context,
+        targets: &Targets,
+        finer: u32,
+    ) -> Result<(), GpuError> {
+        let (Some(shared), Some(direct)) = (&targets.shared, &targets.direct) else { return Ok(()) };
+        let seen = Seen { resources, rays, context, targets, shared, direct };
+        self.light(frame, seen, Pixels::OfLeftEye, finer)?;
+        shared.list.clear(frame);
+        let (width, height) = direct.extent();
+        frame
+            .compute(&self.reuse)
+            .uniform(&context.frame)
+            .sampled(&targets.gbuffer.surface, &context.nearest)
+            .sampled(&targets.gbuffer.depth, &context.nearest)
+            .sampled(&targets.gbuffer.instance, &context.nearest)
+            .sampled(&shared.diffuse, &context.nearest)
+            .read_buffer(&self.sharing)
+            .read_write(direct)
+            .write_buffer(&shared.list.rays)
+            .write_buffer(&shared.list.arguments)
+            .read_write(&shared.known)
+            .dispatch(width.div_ceil(8), height.div_ceil(8), 1)?;
+        self.light(frame, seen, Pixels::Listed, finer)
+    }
+
+    fn light(&self, frame: &mut Frame, seen: Seen<'_>, pixels: Pixels, finer: u32) -> Result<(), GpuError> {
+        let Seen { resources, rays, context, targets, shared, direct } = seen;
+        let listed = u32::from(pixels == Pixels::Listed);
+        let GBuffer { surface, depth, .. } = &targets.gbuffer;
+        let chain = frame.compute(&self.lights).uniform(&context.frame).read_buffer(&context.lights);
+        let chain = match rays.filter(|_| self.shadows) {
+            Some(rays) => {
+                let (rim_rays, soft_rays) = rays_a_light(self.soft_rays, finer);
+                let chain = chain.with(|chain| rays.bind(chain, resources, context));
+                chain.constants(&OfShadows { rim_rays, soft_rays, listed })
+            }
+            None => chain.constants(&Listed { listed }),
+        };
+        let chain = chain
+            .sampled(surface, &context.nearest)
+            .sampled(depth, &context.nearest)
+            .read_write(direct)
+            .read_write(&shared.diffuse)
+            .read_buffer(&shared.list.rays)
+            .read_buffer(&shared.list.arguments);
+        let chain = if self.shadows { chain.read_write(&shared.known) } else { chain };
+        pixels.dispatch(chain, shared, direct)
+    }
+}
