@@ -73,23 +73,33 @@ const float LEARNED_OUTLIER = 6.0;
 // A history so many standard deviations beyond all of the neighbourhood is biased at once, if it is too bright: the noise
 // of reflections has bright outliers and no dark ones. If it is too dark, the frame before must have been bright, too: by
 // so many standard deviations in the running mean.
-const float OUTSIDE_DEVIATIONS = 2.0;
+const float OUTSIDE_DEVIATIONS = MOVES != 0u ? 1.0 : 2.0;
 const float WAS_BRIGHT = 0.5;
 // The variance of a single frame is learned over this many frames; the filter's own estimate counts as three of them.
 const float MOST_LEARNED = 32.0;
 const float PRIOR_FRAMES = 3.0;
-// A moving history is blurred a little by every fetch, so it may not grow older than this.
+// A fetch between texels blurs the history by up to a quarter of a squared pixel. A history that moves may be blurred by
+// no more than the lobe blurs what is reflected: it counts for at most so many frames a squared pixel of the lobe's half
+// width, and for at most so many at all.
+const float FRAMES_A_LOBE = 2.0;
 const float MOST_MOVING_FRAMES = 32.0;
+// Where something moves by itself, what is reflected may change anywhere: the history counts for fewer frames, and is
+// biased sooner.
+const float MOST_CHANGING_FRAMES = 6.0;
+
+// The surface's history is taken where the image's fits so many times worse.
+const float WORSE_IMAGE = 0.25;
 
 struct History {
     vec4 light;      // C·L, C
     vec4 standing;   // Σ w, nearness, variance, frames
     vec2 trend;      // variance of a frame, running mean of differences
+    float weight;    // Σ w of a frame
     float shown;     // share of the taps that show the same surface; 0: no history
     vec2 pixel;
 };
 
-const History NO_HISTORY = History(vec4(0.0), vec4(0.0), vec2(0.0), 0.0, vec2(0.0));
+const History NO_HISTORY = History(vec4(0.0), vec4(0.0), vec2(0.0), 0.0, 0.0, vec2(0.0));
 
 // What the neighbourhood of 3×3 pixels shows of the same surface in this frame.
 struct Neighbourhood {
@@ -163,6 +173,7 @@ History history_at(Pixel p, vec3 was, vec3 normal_was, vec3 face_was, vec2 pixel
     h.light /= h.shown;
     h.standing /= h.shown;
     h.trend /= h.shown;
+    h.weight = h.standing.x / max(h.standing.w, 1e-6);
     return h;
 }
 
@@ -281,7 +292,8 @@ void main() {
         h = of_surface;
     } else if (SOURCE == 0u && of_surface.shown > 0.0) {
         float a = mismatch(of_surface, n, standing.z, standing.y), b = mismatch(of_image, n, standing.z, standing.y);
-        if (a < b) h = of_surface;
+        // The image is right unless something else stands where it was looked for.
+        if (a < WORSE_IMAGE * b) h = of_surface;
     }
     if (h.shown <= 0.0) {
         store(p, own, standing, vec2(standing.z, 0.0));
@@ -289,8 +301,13 @@ void main() {
     }
 
     bool moving = distance(h.pixel, vec2(texel.xy) + 0.5) > 1e-2;
-    if (moving) h.standing.w = min(h.standing.w, MOST_MOVING_FRAMES);
-    float frames = max(h.standing.w, 1.0);
+    if (moving || MOVES != 0u) {
+        float far = max(1.0 / max(standing.y, 1e-9) - eye_distance, 0.0);
+        float lobe = lobe_pixels(p, far);
+        h.standing.w = min(h.standing.w, clamp(FRAMES_A_LOBE * lobe * lobe, 0.1, MOST_MOVING_FRAMES));
+    }
+    if (MOVES != 0u) h.standing.w = min(h.standing.w, MOST_CHANGING_FRAMES);
+    float frames = max(h.standing.w, 0.1);
     float share = 1.0 / (frames + 1.0), variance = h.trend.x, trend = h.trend.y;
     if (WEIGHTS != 0u) {
         share = max(CONSTANT_SHARE, share);
@@ -323,7 +340,7 @@ void main() {
         float there = 1.0 / (max(1.0 / h.standing.y - last_eye_distance, 0.0) + eye_distance);
         nearness = nearness > 0.0 ? mix(there, nearness, share) : there;
     }
-    float weight = mix(h.standing.x / max(h.standing.w, 1.0), standing.x, share);
+    float weight = mix(h.weight, standing.x, share);
     // Of a frame and of the mean.
     vec4 standing_now = vec4(weight * count, nearness, variance / count, count);
     store(p, light, standing_now, vec2(variance, trend));
