@@ -163,8 +163,9 @@ fn is_there() -> bool {
     let found = Command::new(root("root")).arg("--check").output().expect("tests/xr/root runs");
     let why = String::from_utf8_lossy(&found.stderr).trim().to_owned();
     if !found.status.success() {
-        let required =
-            ["CYCLOPEAN_REQUIRE_XR", "CI"].iter().any(|v| std::env::var_os(v).is_some_and(|v| v != "" && v != "0"));
+        let required = ["CYCLOPEAN_REQUIRE_XR", "CI"]
+            .iter()
+            .any(|v| std::env::var_os(v).is_some_and(|v| !v.is_empty() && v != "0"));
         assert!(!required, "{why}");
         println!("skipped: {why}");
     }

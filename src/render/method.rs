@@ -506,6 +506,17 @@ impl Method {
         Method { samples: self.samples.or(samples.map(|n| n.max(1))), ..self }
     }
 
+    /// The method that differs from this one in its accumulation over frames alone; `None`: there is none of that name.
+    pub fn without_or_with_history(&self) -> Option<Method> {
+        const SUFFIX: &str = "-temporal";
+        let name = match self.base.name.strip_suffix(SUFFIX) {
+            Some(without) => without.to_owned(),
+            None => format!("{}{SUFFIX}", self.base.name),
+        };
+        let base = METHODS.iter().find(|b| b.name == name)?;
+        Some(Method { base, ..self.clone() })
+    }
+
     /// What it is made of.
     pub fn parts(&self) -> &'static Parts {
         self.base
@@ -573,6 +584,14 @@ mod tests {
         }
         let other = Method::parse("sssr@4").expect("known");
         assert_eq!(other.on(true), other);
+    }
+
+    #[test]
+    fn a_method_knows_its_twin_over_time() {
+        let twin = |name: &str| Method::parse(name).expect("known").without_or_with_history().map(|m| m.to_string());
+        assert_eq!(twin("stereo-temporal@2").as_deref(), Some("stereo@2"));
+        assert_eq!(twin("stereo-hybrid-25").as_deref(), Some("stereo-hybrid-temporal-25"));
+        assert_eq!(twin("path-traced"), None);
     }
 
     #[test]

@@ -50,9 +50,7 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
     let mut stage =
         Stage::open(&DesktopOptions { title: format!("cyclopean: {}", asked.scene.name), ..options.clone() })?;
     let gpu = Rc::clone(stage.gpu());
-    let mut methods = vec![asked.method.clone()];
-    let others = Method::names().into_iter().filter_map(|name| Method::parse(name).ok());
-    methods.extend(others.filter(|m| *m != asked.method));
+    let methods = super::methods(&asked.method);
     let mut live = Live {
         renderer: Renderer::new(&gpu, Arc::clone(&asked.scene))?,
         fly: Fly::new(&asked.view),

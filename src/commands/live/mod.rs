@@ -21,7 +21,7 @@ pub struct Args {
     /// A built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
     /// The method to begin with, or NAME@N for N rays a pixel.
-    #[arg(long, short, default_value = "stereo")]
+    #[arg(long, short, default_value = "stereo-temporal")]
     method: String,
     /// The view to begin at; the scene's first by default.
     #[arg(long)]
@@ -45,9 +45,22 @@ enum DisplayKind {
     Openxr,
 }
 
+/// What can be looked at, in the order of the keys: what was asked for, the same without or with the frames before, and
+/// every other method.
+fn methods(asked: &Method) -> Vec<Method> {
+    let others = Method::names().into_iter().filter_map(|name| Method::parse(name).ok());
+    let mut methods = vec![asked.clone()];
+    for method in asked.without_or_with_history().into_iter().chain(others) {
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    methods
+}
+
 const KEYS: &str = "In a headset: the stick switches the method, pressed it centres the view, menu or B ends; or, typed with \
                     Enter: 1 to 9, c, r, q.\n\nAt a desk: W A S D and E Q move, Shift is faster, the mouse turns while its button is down, arrows turn; \
-                    1 to 9 and Tab switch the method, V the view, R returns to it, H hides the words, Esc ends.";
+                    1 to 9 and Tab switch the method (2 is the first one without the frames before, or with them), V the view, R returns to it, H hides the words, Esc ends.";
 
 /// See [`Args`].
 ///

@@ -50,9 +50,7 @@ pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
     let gpu = Rc::clone(headset.gpu());
     let less = if gpu.is_cpu() { 2 } else { 1 };
     let full = asked.size.unwrap_or(Size { width: info.width_px / less, height: info.height_px / less });
-    let mut methods = vec![asked.method.clone()];
-    methods
-        .extend(Method::names().into_iter().filter_map(|name| Method::parse(name).ok()).filter(|m| *m != asked.method));
+    let methods = super::methods(&asked.method);
     for (i, method) in (1..).zip(methods.iter().take(9)) {
         console.note(format!("{i}: {method}"));
     }

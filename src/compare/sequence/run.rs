@@ -185,17 +185,17 @@ impl Run {
         let (Some([own, shown]), Some([own_before, _])) = (&now.runs[which], &last.runs[which]) else { return };
         let delta = self.prepared[0].settings().delta_roughness;
         let mut sums: BTreeMap<&'static str, Vec<Option<f64>>> = BTreeMap::new();
-        for eye in 0..2 {
+        for (eye, trail) in trails.iter().enumerate() {
             let g = &now.geometry.eyes[eye];
             let glossy: Vec<bool> =
                 g.traced.iter().zip(&g.roughness).map(|(t, r)| *t && (delta..GLOSSY).contains(r)).collect();
-            let uncovered: Vec<bool> = g.traced.iter().zip(&trails[eye]).map(|(t, b)| *t && b.is_none()).collect();
+            let uncovered: Vec<bool> = g.traced.iter().zip(trail).map(|(t, b)| *t && b.is_none()).collect();
             let of = |mask: &[bool]| parts(eye_of(own, eye), &now.reflection.eyes[eye], &now.error.eyes[eye], mask);
             let all = of(&g.traced);
             let flickers = [0, 1].map(|run: usize| {
                 let here = [&own[run], &now.reflection, &now.error].map(|p| p.eyes[eye].as_slice());
                 let there = [&own_before[run], &last.reflection, &last.error].map(|p| p.eyes[eye].as_slice());
-                flicker(here, there, &trails[eye], &g.traced)
+                flicker(here, there, trail, &g.traced)
             });
             let found = [
                 ("mse", all.map(|p| p.mse)),
@@ -204,7 +204,7 @@ impl Run {
                 ("glossy_mse", of(&glossy).map(|p| p.mse)),
                 ("uncovered_mse", of(&uncovered).map(|p| p.mse)),
                 ("flicker", flickers[0].zip(flickers[1]).map(|(a, b)| (a + b) / 2.0)),
-                ("noise_flicker", noise_flicker(eye_of(own, eye), eye_of(own_before, eye), &trails[eye], &g.traced)),
+                ("noise_flicker", noise_flicker(eye_of(own, eye), eye_of(own_before, eye), trail, &g.traced)),
             ];
             for (name, value) in found {
                 sums.entry(name).or_default().push(value);
