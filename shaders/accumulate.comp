@@ -48,8 +48,8 @@ layout(binding = 20, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 21, std430) readonly buffer Motions { vec4 motions[]; };
 layout(binding = 22) uniform usampler2DArray hit_image;
 layout(binding = 23) uniform usampler2DArray instance_image;
-// 0: there is no last frame.
-layout(push_constant) uniform Constants { uint has_history; };
+// has_history 0: there is no last frame. is_changing 1: something moved by itself since then.
+layout(push_constant) uniform Constants { uint has_history; uint is_changing; };
 
 #include "common/hit.glsl"
 #include "common/reflect.glsl"
@@ -73,19 +73,22 @@ const float LEARNED_OUTLIER = 6.0;
 // A history so many standard deviations beyond all of the neighbourhood is biased at once, if it is too bright: the noise
 // of reflections has bright outliers and no dark ones. If it is too dark, the frame before must have been bright, too: by
 // so many standard deviations in the running mean.
-const float OUTSIDE_DEVIATIONS = MOVES != 0u ? 1.0 : 2.0;
+const float OUTSIDE_DEVIATIONS = 2.0;
+const float OUTSIDE_WHILE_CHANGING = 1.0;
 const float WAS_BRIGHT = 0.5;
 // The variance of a single frame is learned over this many frames; the filter's own estimate counts as three of them.
 const float MOST_LEARNED = 32.0;
 const float PRIOR_FRAMES = 3.0;
-// A fetch between texels blurs the history by up to a quarter of a squared pixel. A history that moves may be blurred by
-// no more than the lobe blurs what is reflected: it counts for at most so many frames a squared pixel of the lobe's half
+// A fetch between texels blurs the history by a sixth of a squared pixel on the mean. A history that moves may be blurred
+// by no more than the lobe blurs what is reflected: it counts for at most so many frames a squared pixel of the lobe's half
 // width, and for at most so many at all.
-const float FRAMES_A_LOBE = 2.0;
+const float FRAMES_A_LOBE = 6.0;
+// Fewer would leave the noise of narrow lobes as it is.
+const float LEAST_MOVING_FRAMES = 6.0;
 const float MOST_MOVING_FRAMES = 32.0;
-// Where something moves by itself, what is reflected may change anywhere: the history counts for fewer frames, and is
+// While something moves by itself, what is reflected may change anywhere: the history counts for fewer frames, and is
 // biased sooner.
-const float MOST_CHANGING_FRAMES = 6.0;
+const float MOST_CHANGING_FRAMES = 2.0;
 
 // The surface's history is taken where the image's fits so many times worse.
 const float WORSE_IMAGE = 0.25;
@@ -233,9 +236,10 @@ float mismatch(History h, Neighbourhood n, float variance, float nearness) {
 // before, trend: the running mean without and with this frame.
 float squared_bias(History h, Neighbourhood n, float noise, float before, float trend) {
     float deviation = sqrt(noise), l = known_luminance(h.light);
+    float margin = (is_changing != 0u ? OUTSIDE_WHILE_CHANGING : OUTSIDE_DEVIATIONS) * deviation;
     float lasting = square(trend) - square(TREND_DEVIATIONS) * TREND_VARIANCE * noise;
-    float outside = l - n.most - OUTSIDE_DEVIATIONS * deviation;
-    if (before > WAS_BRIGHT * deviation) outside = max(outside, n.least - l - OUTSIDE_DEVIATIONS * deviation);
+    float outside = l - n.most - margin;
+    if (before > WAS_BRIGHT * deviation) outside = max(outside, n.least - l - margin);
     return max(max(lasting, 0.0), square(max(outside, 0.0)));
 }
 
@@ -301,12 +305,12 @@ void main() {
     }
 
     bool moving = distance(h.pixel, vec2(texel.xy) + 0.5) > 1e-2;
-    if (moving || MOVES != 0u) {
+    if (moving || is_changing != 0u) {
         float far = max(1.0 / max(standing.y, 1e-9) - eye_distance, 0.0);
         float lobe = lobe_pixels(p, far);
-        h.standing.w = min(h.standing.w, clamp(FRAMES_A_LOBE * lobe * lobe, 0.1, MOST_MOVING_FRAMES));
+        h.standing.w = min(h.standing.w, clamp(FRAMES_A_LOBE * lobe * lobe, LEAST_MOVING_FRAMES, MOST_MOVING_FRAMES));
     }
-    if (MOVES != 0u) h.standing.w = min(h.standing.w, MOST_CHANGING_FRAMES);
+    if (is_changing != 0u) h.standing.w = min(h.standing.w, MOST_CHANGING_FRAMES);
     float frames = max(h.standing.w, 0.1);
     float share = 1.0 / (frames + 1.0), variance = h.trend.x, trend = h.trend.y;
     if (WEIGHTS != 0u) {

@@ -34,7 +34,7 @@ pub use super::stimulus::catalogue;
 
 /// The methods of a build with the feature `gpu`, in the renderer's order.
 #[cfg(any(test, not(feature = "gpu")))]
-const METHODS: [&str; 27] = [
+const METHODS: [&str; 34] = [
     "sssr",
     "stereo",
     "stereo-no-traversal",
@@ -52,6 +52,13 @@ const METHODS: [&str; 27] = [
     "stereo-hybrid",
     "sssr-hybrid",
     "stereo-adaptive",
+    "sssr-temporal",
+    "stereo-temporal",
+    "stereo-hybrid-temporal",
+    "stereo-temporal-surface",
+    "stereo-temporal-image",
+    "stereo-temporal-constant",
+    "stereo-temporal-clamp",
     "recommended",
     "sssr-thickness",
     "sssr-guardband",
@@ -66,7 +73,7 @@ const METHODS: [&str; 27] = [
 
 /// Those whose name may end in a percentage.
 #[cfg(any(test, not(feature = "gpu")))]
-const WITH_PERCENTAGE: [&str; 3] = ["stereo-hybrid", "sssr-hybrid", "stereo-adaptive"];
+const WITH_PERCENTAGE: [&str; 4] = ["stereo-hybrid", "sssr-hybrid", "stereo-adaptive", "stereo-hybrid-temporal"];
 
 /// The methods of ambient occlusion.
 #[cfg(any(test, not(feature = "gpu")))]

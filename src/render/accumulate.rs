@@ -23,6 +23,8 @@ pub struct AccumulatePass {
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Constants {
     has_history: u32,
+    /// Something moved by itself since the last frame.
+    is_changing: u32,
 }
 
 impl AccumulatePass {
@@ -93,7 +95,10 @@ impl AccumulatePass {
             .read_buffer(history.motions())
             .sampled(&out.hits, &context.nearest)
             .sampled(&targets.gbuffer.instance, &context.nearest)
-            .constants(&Constants { has_history: u32::from(history.exists()) })
+            .constants(&Constants {
+                has_history: u32::from(history.exists()),
+                is_changing: u32::from(history.is_changing()),
+            })
             .dispatch_stereo(targets.gbuffer.depth.extent())
     }
 }

@@ -46,6 +46,8 @@ pub struct History {
     last_frame: Buffer,
     /// Of each instance, the rows that take its points from where they are to where they were in the last frame.
     motions: Buffer,
+    /// Something moved by itself since the last frame.
+    is_changing: Cell<bool>,
     /// The last frame that ended, and where each instance stood in it; `None`: none did, or it no longer counts.
     last: RefCell<Option<(FrameUniform, Vec<DAffine3>)>>,
 }
@@ -61,6 +63,7 @@ impl History {
             turn: Cell::new(0),
             last_frame: Buffer::upload(gpu, "last frame", size_of::<FrameUniform>() as u64)?,
             motions: Buffer::upload(gpu, "motions", (instances.max(1) * 48) as u64)?,
+            is_changing: Cell::new(false),
             last: RefCell::new(None),
         })
     }
@@ -68,6 +71,11 @@ impl History {
     /// Whether there is a frame to look back to.
     pub fn exists(&self) -> bool {
         self.last.borrow().is_some()
+    }
+
+    /// Whether an instance stands elsewhere than in the last frame; known once the frame has begun.
+    pub fn is_changing(&self) -> bool {
+        self.is_changing.get()
     }
 
     /// What the frames so far knew.
@@ -94,6 +102,7 @@ impl History {
         let last = self.last.borrow();
         let Some((frame, before)) = &*last else { return };
         self.last_frame.write(bytemuck::bytes_of(frame));
+        self.is_changing.set(places != before.as_slice());
         let rows: Vec<[[f32; 4]; 3]> = places.iter().zip(before).map(|(now, was)| rows(now, was, head)).collect();
         if !rows.is_empty() {
             self.motions.write(bytemuck::cast_slice(&rows));

@@ -31,6 +31,9 @@ struct Live {
     methods: Vec<Method>,
     method: usize,
     fly: Fly,
+    /// Seconds of the scene's time: of what moves by itself.
+    time_s: f64,
+    is_paused: bool,
     is_turning: bool,
     hides_words: bool,
     is_over: bool,
@@ -55,6 +58,8 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
         renderer: Renderer::new(&gpu, Arc::clone(&asked.scene))?,
         fly: Fly::new(&asked.view),
         panel: Panel::new(&gpu, options.px_per_degree, None, false)?,
+        time_s: 0.0,
+        is_paused: false,
         is_turning: false,
         hides_words: false,
         is_over: false,
@@ -81,6 +86,9 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
         let (_, is_drawn) = stage.frame();
         let seconds = std::mem::replace(&mut last, Instant::now()).elapsed().as_secs_f64();
         live.fly.step(seconds.min(0.25));
+        if !live.is_paused {
+            live.time_s += seconds.min(0.25);
+        }
         if is_drawn {
             total_ms += live.draw(&stage, frame as u32, seconds)?;
             frame += 1;
@@ -140,6 +148,7 @@ impl Live {
             Key::Named(NamedKey::Tab) => self.method = (self.method + 1) % self.methods.len(),
             Key::Character(c) => match c.to_lowercase().as_str() {
                 "h" => self.hides_words = !self.hides_words,
+                "p" => self.is_paused = !self.is_paused,
                 "r" => self.fly = Fly::new(&self.asked.view),
                 "v" => {
                     let views = &self.asked.scene.views;
@@ -176,6 +185,7 @@ impl Live {
             self.prepared.insert(self.method, made);
         }
         let Some(prepared) = self.prepared.get_mut(&self.method) else { return Ok(0.0) };
+        prepared.set_time(self.time_s)?;
         prepared.set_camera(&camera);
         prepared.set_seed(1, frame);
         let report = prepared.frame(&mut |_, _| check_interrupted())?;

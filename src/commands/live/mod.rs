@@ -60,7 +60,7 @@ fn methods(asked: &Method) -> Vec<Method> {
 
 const KEYS: &str = "In a headset: the stick switches the method, pressed it centres the view, menu or B ends; or, typed with \
                     Enter: 1 to 9, c, r, q.\n\nAt a desk: W A S D and E Q move, Shift is faster, the mouse turns while its button is down, arrows turn; \
-                    1 to 9 and Tab switch the method (2 is the first one without the frames before, or with them), V the view, R returns to it, H hides the words, Esc ends.";
+                    1 to 9 and Tab switch the method (2 is the first one without the frames before, or with them), V the view, R returns to it, P stops what moves, H hides the words, Esc ends.";
 
 /// See [`Args`].
 ///
