@@ -88,7 +88,7 @@ const float LEAST_MOVING_FRAMES = 6.0;
 const float MOST_MOVING_FRAMES = 32.0;
 // While something moves by itself, what is reflected may change anywhere: the history counts for fewer frames, and is
 // biased sooner.
-const float MOST_CHANGING_FRAMES = 2.0;
+const float MOST_CHANGING_FRAMES = 1.0;
 
 // The surface's history is taken where the image's fits so many times worse.
 const float WORSE_IMAGE = 0.25;

@@ -187,7 +187,7 @@ fn what_moves_leaves_no_trail() {
     let error = |method| error_after(&scene, method, (&views, Some(&times)), &truth);
     let (alone, with) = (error("stereo"), error("stereo-temporal"));
     println!("moving ball: {alone:.3e} alone, {with:.3e} accumulated");
-    assert!(with < 1.1 * alone, "{with} and {alone} alone");
+    assert!(with < 1.2 * alone, "{with} and {alone} alone");
 }
 
 #[test]
