@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::draw::{Dash, Name, Sign, level, line, mark, names, number, open, polyline, text};
 
-const WIDTH: f64 = 820.0;
+const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 600.0;
 pub const LEFT: f64 = 78.0;
 /// Where the panels end; right of it stand the names.
