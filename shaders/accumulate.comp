@@ -90,8 +90,8 @@ const float MOST_MOVING_FRAMES = 32.0;
 // biased sooner.
 const float MOST_CHANGING_FRAMES = 1.0;
 
-// The surface's history is taken where the image's fits so many times worse.
-const float WORSE_IMAGE = 0.25;
+// The surface's history is taken where its mismatch is less than this share of the image's.
+const float BETTER_SURFACE = 0.25;
 
 struct History {
     vec4 light;      // C·L, C
@@ -151,7 +151,6 @@ History history_at(Pixel p, vec3 was, vec3 normal_was, vec3 face_was, vec2 pixel
     h.pixel = pixel;
     uint eye = uint(p.texel.z);
     vec2 corner = floor(pixel - 0.5), part = pixel - 0.5 - corner;
-    float frames = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 offset = ivec2(i & 1, i >> 1);
         vec2 share = mix(1.0 - part, part, vec2(offset));
@@ -297,7 +296,7 @@ void main() {
     } else if (SOURCE == 0u && of_surface.shown > 0.0) {
         float a = mismatch(of_surface, n, standing.z, standing.y), b = mismatch(of_image, n, standing.z, standing.y);
         // The image is right unless something else stands where it was looked for.
-        if (a < WORSE_IMAGE * b) h = of_surface;
+        if (a < BETTER_SURFACE * b) h = of_surface;
     }
     if (h.shown <= 0.0) {
         store(p, own, standing, vec2(standing.z, 0.0));

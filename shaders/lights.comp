@@ -18,7 +18,7 @@ layout(binding = 7, std430) readonly buffer Arguments { uint arguments[4]; };
 layout(push_constant) uniform Constants { uint listed; };
 
 #include "common/camera.glsl"
-#include "common/diffuse_light.glsl"
+#include "common/lights.glsl"
 #include "common/left_or_listed.glsl"
 
 void main() {

@@ -47,7 +47,6 @@ layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; };
 #include "common/lights.glsl"
 #include "common/shadow.glsl"
 #ifdef REUSE
-#include "common/diffuse_light.glsl"
 #include "common/known_lights.glsl"
 #include "common/left_or_listed.glsl"
 #endif

@@ -2,9 +2,8 @@
 #![cfg(feature = "gpu")]
 
 mod pictures;
+mod program;
 
-use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Arc;
 
 use cyclopean::metrics::ambient::{inconsistency, mean_absolute_error, places};
@@ -15,6 +14,7 @@ use cyclopean::scene::{self, Eye, LightSource, Scene, StereoCamera};
 use cyclopean::stress::shapes::{place, upright};
 use glam::{DQuat, DVec3, Vec3};
 use pictures::{gpu, hall, look, material, plane, render, render_from, settings, sphere};
+use program::cyclopean;
 
 const ALL: [Ao; 5] = [Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2, Ao::RayTraced];
 
@@ -276,16 +276,6 @@ fn forced_passes_change_nothing() {
         assert_eq!(lean.linear, all.linear, "{}", ao.name());
         assert_eq!(lean.ambient_visibility, all.ambient_visibility, "{}", ao.name());
     }
-}
-
-fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CYCLOPEAN_VALIDATION", "1")
-        .env("XDG_CACHE_HOME", folder.join("cache"))
-        .output()
-        .expect("the program starts")
 }
 
 #[test]

@@ -1,22 +1,11 @@
 //! The real program: what it makes, and what it says of what it cannot do.
 #![cfg(feature = "gpu")]
 
+mod program;
+
+use program::{cyclopean, stderr};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CYCLOPEAN_VALIDATION", "1")
-        .env("XDG_CACHE_HOME", folder.join("cache"))
-        .output()
-        .expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use std::process::Command;
 
 /// Names of the files in a folder, sorted; none when there is no folder.
 fn names(folder: &Path) -> Vec<String> {

@@ -1,24 +1,13 @@
 //! `cyclopean compare` through the real program: what it writes, what it keeps, what it says when it cannot.
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use cyclopean::picture::{Part, StereoPicture, write_exr};
+use program::{cyclopean, stderr};
 use serde_json::Value;
-
-fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CYCLOPEAN_VALIDATION", "1")
-        .env("XDG_CACHE_HOME", folder.join("cache"))
-        .output()
-        .expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(bytes).expect("one JSON object")

@@ -1,22 +1,9 @@
 //! The real program along a path of the head: the files it writes, the figures it gives, and what is no path.
 #![cfg(feature = "gpu")]
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod program;
 
-fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CYCLOPEAN_VALIDATION", "1")
-        .env("XDG_CACHE_HOME", folder.join("cache"))
-        .output()
-        .expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use program::{cyclopean, stderr};
 
 /// A mirroring floor and a lamp, with a path of its own and one that jumps.
 const MANIFEST: &str = r#"{

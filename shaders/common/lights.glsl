@@ -33,15 +33,23 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
     return min(light.color * (window * cone / d2), vec3(MOST_IRRADIANCE));
 }
 
-// What one light adds where nothing is in its way.
-vec3 from_light(LightData light, Surface s, vec3 position, vec3 v) {
+// What one light adds where nothing is in its way. `diffuse`: times the albedo it is the part that leaves alike to all
+// sides; Fresnel's share in it depends on v, but hardly.
+vec3 from_light_with_diffuse(LightData light, Surface s, vec3 position, vec3 v, out vec3 diffuse) {
+    diffuse = vec3(0.0);
     vec3 l;
     vec3 e = incident(light, position, l);
     float nl = dot(s.normal, l);
     if (nl <= 0.0) return vec3(0.0);
     float alpha = square(max(s.roughness, PUNCTUAL_ROUGHNESS));
     vec3 f = schlick(s.f0, max(dot(v, normalize_or(v + l, s.normal)), 0.0));
+    diffuse = e * (1.0 - f) * (nl / PI);
     return e * (s.albedo * (1.0 - f) * (nl / PI) + ggx_times_cosine(s.normal, v, l, alpha, s.f0));
+}
+
+vec3 from_light(LightData light, Surface s, vec3 position, vec3 v) {
+    vec3 diffuse;
+    return from_light_with_diffuse(light, s, position, v, diffuse);
 }
 
 #endif

@@ -55,7 +55,7 @@ struct SceneArgs {
     poses: u32,
     /// Follow a path of the head instead of standing still, each frame against its own reference: one of the scenes' paths,
     /// `still`, `sway` or `cut`, or a file of recorded head poses. Writes sequence.json, sequence.md and a drawing a scene.
-    #[arg(long, conflicts_with_all = ["effect", "fallback", "sheets", "cache"])]
+    #[arg(long, conflicts_with_all = ["effect", "fallback", "sheets", "cache", "seeds", "poses"])]
     path: Option<String>,
     /// With --path, its first frames; all by default.
     #[arg(long, requires = "path", value_parser = clap::value_parser!(u32).range(2..=100_000))]

@@ -65,7 +65,7 @@ struct FrameReport {
 /// # Errors
 /// More frames than the path has, no memory, an unwritable folder; frames that were written stay.
 pub fn run(gpu: &std::rc::Rc<Gpu>, of: &Sequence<'_>, console: &Console) -> anyhow::Result<()> {
-    let count = frames_of(of.path, of.frames)?;
+    let count = of.path.frames_asked(of.frames).map_err(|e| WrongUsage(e.to_string()))?;
     std::fs::create_dir_all(of.out).with_context(|| format!("cannot make the folder {}", of.out.display()))?;
     let mut renderer = Renderer::new(gpu, Arc::clone(of.scene))?.keep_light_in(device::light_folder());
     let camera = |frame: u32| of.path.view(of.view, frame).stereo_camera(of.settings.aspect());
@@ -125,20 +125,4 @@ pub fn run(gpu: &std::rc::Rc<Gpu>, of: &Sequence<'_>, console: &Console) -> anyh
     ));
     console.object(&report)?;
     Ok(())
-}
-
-/// How many frames are rendered of a path.
-///
-/// # Errors
-/// [`WrongUsage`]: more than it has.
-pub fn frames_of(path: &HeadPath, asked: Option<u32>) -> Result<u32, WrongUsage> {
-    let has = path.frames();
-    match asked {
-        Some(asked) if asked > has => Err(WrongUsage(format!(
-            "--frames {asked} is more than path `{}` has: {has} at {} a second",
-            path.name, path.rate_hz
-        ))),
-        Some(asked) => Ok(asked),
-        None => Ok(has),
-    }
 }

@@ -103,11 +103,7 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
                 }
                 report.scenes.push(done);
             }
-            Err(error) if error.is_interruption() => return Err(error),
-            Err(error) => {
-                console.note(format!("{name}: {error}"));
-                report.failed.push(Failure { scene: name.clone(), error: error.to_string() });
-            }
+            Err(error) => keep_failure(&mut report.failed, name, error, console)?,
         }
         report.summary = summary::over_scenes(&report.scenes);
         write(&options.out, &report)?;
@@ -124,14 +120,35 @@ fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {
 /// A plot's name without the extension; the fallback is named where there are two, a count where `before` scenes have
 /// the same name.
 fn stem(scene: &SceneReport, fallback: &str, before: usize) -> String {
-    let mut stem = scene.scene.replace(['/', '\\', ' '], "-");
+    let mut stem = scene.scene.clone();
     if scene.results.iter().any(|r| r.fallback != fallback) {
         stem += &format!("_{fallback}");
     }
-    if before > 0 {
-        stem += &format!("_{}", before + 1);
+    file_stem(&stem, before)
+}
+
+/// A name as the beginning of a file's name, with a count where `before` scenes have the same one.
+fn file_stem(name: &str, before: usize) -> String {
+    let stem = name.replace(['/', '\\', ' '], "-");
+    if before > 0 { format!("{stem}_{}", before + 1) } else { stem }
+}
+
+/// Says that a scene failed and keeps it for the report; Ctrl-C goes on to the caller.
+///
+/// # Errors
+/// The interruption.
+fn keep_failure(
+    failed: &mut Vec<Failure>,
+    name: &str,
+    error: CompareError,
+    console: &Console,
+) -> Result<(), CompareError> {
+    if error.is_interruption() {
+        return Err(error);
     }
-    stem
+    console.note(format!("{name}: {error}"));
+    failed.push(Failure { scene: name.to_owned(), error: error.to_string() });
+    Ok(())
 }
 
 /// The Markdown of a report: what `compare.md` holds.

@@ -68,7 +68,6 @@ impl AccumulatePass {
         let Some(out) = &targets.filtered else { return Ok(()) };
         let Some(pairs) = &out.pairs else { return Ok(()) };
         let (last, new) = (history.last(), history.new_set());
-        let maps = &resources.environment;
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -86,11 +85,7 @@ impl AccumulatePass {
             .write(&new.known)
             .write(&new.standing)
             .write(&new.trend)
-            .sampled(&maps.radiance, &maps.sampler)
-            .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&fallback.specular, &fallback.sampler)
-            .sampled(&context.brdf_table, &context.linear)
-            .read_buffer(&context.lights)
+            .with(|chain| context.bind_surroundings(chain, &resources.environment, fallback))
             .write(&out.reflection)
             .read_buffer(history.motions())
             .sampled(&out.hits, &context.nearest)

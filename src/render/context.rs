@@ -6,13 +6,13 @@ use std::rc::Rc;
 use ash::vk;
 use glam::{DAffine3, DVec3};
 
-use crate::gpu::{Buffer, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
+use crate::gpu::{Buffer, Dispatch, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
 use crate::scene::{Eye, Fallback, Instance, Scene, StereoCamera};
 
 use super::baked::BakedLight;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
-use super::upload::{self, SceneResources};
+use super::upload::{self, EnvironmentMaps, SceneResources};
 
 /// Frame-wide inputs.
 pub struct Context {
@@ -77,6 +77,22 @@ impl Context {
     pub fn place(&self, scene: &Scene, places: &[DAffine3], resources: &SceneResources) {
         let instances = upload::instances(scene, places, &resources.ranges, self.head);
         self.instances.write(bytemuck::cast_slice(&instances));
+    }
+
+    /// What `shade.glsl` and `outgoing.glsl` ask of the surroundings: the environment's two maps, what unknown rays see, the
+    /// table of the lobe's albedo, and the lights.
+    pub fn bind_surroundings<'f>(
+        &'f self,
+        chain: Dispatch<'f>,
+        environment: &'f EnvironmentMaps,
+        fallback: &'f EnvironmentMaps,
+    ) -> Dispatch<'f> {
+        chain
+            .sampled(&environment.radiance, &environment.sampler)
+            .sampled(&environment.irradiance, &environment.sampler)
+            .sampled(&fallback.specular, &fallback.sampler)
+            .sampled(&self.brdf_table, &self.linear)
+            .read_buffer(&self.lights)
     }
 
     /// What the device has of the frame.

@@ -68,7 +68,6 @@ impl ReprojectPass {
             Some(history) => (&history.new_set().known, &history.new_set().standing),
             None => (&pairs.known, &pairs.standing),
         };
-        let maps = &resources.environment;
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
@@ -79,11 +78,7 @@ impl ReprojectPass {
             .sampled(&targets.guide, &context.nearest)
             .sampled(known, &context.nearest)
             .sampled(standing, &context.nearest)
-            .sampled(&maps.radiance, &maps.sampler)
-            .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&fallback.specular, &fallback.sampler)
-            .sampled(&context.brdf_table, &context.linear)
-            .read_buffer(&context.lights)
+            .with(|chain| context.bind_surroundings(chain, &resources.environment, fallback))
             .write(&out.reflection)
             .dispatch_indirect(&list.arguments, 0)
     }

@@ -71,7 +71,6 @@ impl ResolvePass {
         (sample, samples): (u32, u32),
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
-        let maps = &resources.environment;
         let (sums, weights) = match &out.sums {
             Some((sums, weights)) => (sums, weights),
             None => (&targets.nothing, &targets.nothing),
@@ -90,11 +89,7 @@ impl ResolvePass {
             .sampled(&targets.guide, &context.nearest)
             .sampled(&out.hits, &context.nearest)
             .sampled(&targets.radiance, &context.nearest)
-            .sampled(&maps.radiance, &maps.sampler)
-            .sampled(&maps.irradiance, &maps.sampler)
-            .sampled(&fallback.specular, &fallback.sampler)
-            .sampled(&context.brdf_table, &context.linear)
-            .read_buffer(&context.lights)
+            .with(|chain| context.bind_surroundings(chain, &resources.environment, fallback))
             .write(known)
             .read_write(sums)
             .read_write(weights)

@@ -31,7 +31,7 @@ pub struct HeadPath {
     keys: Vec<HeadKey>,
 }
 
-/// Why keys make no path.
+/// Why keys make no path, or a path has not what is asked of it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeadPathError {
     #[error("it has {0} poses; a path needs at least two")]
@@ -40,6 +40,8 @@ pub enum HeadPathError {
     Order(usize),
     #[error("pose {0} holds a number that is not finite")]
     Number(usize),
+    #[error("--frames {asked} is more than path `{name}` has: {has} at {rate_hz} a second")]
+    Frames { asked: u32, name: String, has: u32, rate_hz: f64 },
     #[error("its rate is {0} frames a second; it must be above 0 and at most 1000")]
     Rate(f64),
 }
@@ -70,6 +72,20 @@ impl HeadPath {
         let seconds = self.keys[self.keys.len() - 1].time_s - self.keys[0].time_s;
         // A path of whole frames keeps its last one whatever rounding says.
         ((seconds * self.rate_hz + 1e-6).floor() + 1.0).min(f64::from(u32::MAX)) as u32
+    }
+
+    /// How many frames are rendered where the first `asked` of the path are asked for; all of them for `None`.
+    ///
+    /// # Errors
+    /// [`HeadPathError::Frames`]: more than it has.
+    pub fn frames_asked(&self, asked: Option<u32>) -> Result<u32, HeadPathError> {
+        let has = self.frames();
+        match asked {
+            Some(asked) if asked > has => {
+                Err(HeadPathError::Frames { asked, name: self.name.clone(), has, rate_hz: self.rate_hz })
+            }
+            asked => Ok(asked.unwrap_or(has)),
+        }
     }
 
     /// Seconds from the path's first key to a frame.
@@ -126,7 +142,7 @@ const FORWARDS_M: f64 = 0.25;
 const TURN_RAD: f64 = 0.15;
 /// Once around, seconds: at most 0.4 metres and 27 degrees a second.
 const SWAY_S: f64 = 4.0;
-/// Keys of a path that is a formula: four times as many as its fastest part has extremes.
+/// Keys of a path that is a formula: enough for the curve through them to stay within a tenth of a millimetre of it.
 const FORMULA_KEYS: u32 = 64;
 
 /// The view after this share of a closed loop that begins in `view`: a head that sways and looks around.

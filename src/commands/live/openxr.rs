@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 
@@ -33,6 +34,8 @@ struct Live<'a> {
     ground: Option<Ground>,
     prepared: Option<(usize, Size, Prepared)>,
     renderer: Renderer,
+    /// Time 0 of what moves by itself.
+    began: Instant,
     full: Size,
     period_ms: f64,
     /// Frames since the resolution changed, and how many of them were late.
@@ -56,6 +59,7 @@ pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
     }
     let mut live = Live {
         renderer: Renderer::new(&gpu, Arc::clone(&asked.scene))?,
+        began: Instant::now(),
         asked,
         methods,
         method: 0,
@@ -129,6 +133,7 @@ impl Live<'_> {
             self.prepared = Some((self.method, size, made));
         }
         let Some((_, _, prepared)) = &mut self.prepared else { return Ok(0.0) };
+        prepared.set_time(self.began.elapsed().as_secs_f64())?;
         prepared.set_camera(&camera);
         prepared.set_seed(1, frame);
         let report = prepared.frame(&mut |_, _| check_interrupted())?;

@@ -13,8 +13,7 @@ use std::rc::Rc;
 
 use cyclopean_analysis::files;
 
-use super::CompareError;
-use super::report::Failure;
+use super::{CompareError, file_stem, keep_failure};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::Settings;
@@ -65,21 +64,14 @@ pub fn compare(
         match run::scene(gpu, name, options, console) {
             Ok(done) => {
                 let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
-                let mut stem = done.scene.replace(['/', '\\', ' '], "-");
-                if before > 0 {
-                    stem += &format!("_{}", before + 1);
-                }
+                let stem = file_stem(&done.scene, before);
                 let drawings = [("threshold", plots::threshold(&done)), ("path", plots::path(&done))];
                 for (what, svg) in drawings.into_iter().filter_map(|(what, svg)| Some((what, svg?))) {
                     files::write_bytes(&out.join(format!("{stem}_ao_{what}.svg")), svg.as_bytes())?;
                 }
                 report.scenes.push(done);
             }
-            Err(error) if error.is_interruption() => return Err(error),
-            Err(error) => {
-                console.note(format!("{name}: {error}"));
-                report.failed.push(Failure { scene: name.clone(), error: error.to_string() });
-            }
+            Err(error) => keep_failure(&mut report.failed, name, error, console)?,
         }
         files::write_bytes(&out.join("ao.json"), &serde_json::to_vec_pretty(&report)?)?;
         files::write_bytes(&out.join("ao.md"), markdown(&report).as_bytes())?;

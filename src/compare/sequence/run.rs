@@ -42,10 +42,10 @@ pub fn scene(
     let scene = Arc::new(scene::load(name)?);
     let view = run::view(&scene, options.view.as_deref())?.clone();
     let path = (options.path)(&scene, &view).map_err(CompareError::Path)?;
-    let frames = options.frames.unwrap_or(path.frames());
-    if frames < 2 || frames > path.frames() {
-        let has = path.frames();
-        return Err(CompareError::Path(format!("path `{}` has {has} frames; 2 to {has} can be compared", path.name)));
+    let frames = path.frames_asked(options.frames).map_err(|e| CompareError::Path(e.to_string()))?;
+    if frames < 2 {
+        let name = &path.name;
+        return Err(CompareError::Path(format!("path `{name}` has {frames} frame; at least two can be compared")));
     }
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
     let settings = Settings { fallback: Some(Fallback::Black), ..options.settings.clone() };

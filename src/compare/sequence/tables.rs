@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::report::{SequenceReport, SequenceScene};
 use super::summary::{MEASURES, ratios};
+use crate::compare::tables::{columns, row};
 
 /// What the columns are called, in the order of [`MEASURES`].
 const TITLES: [&str; 9] = [
@@ -47,49 +48,41 @@ pub fn markdown(report: &SequenceReport) -> String {
 fn section(out: &mut String, scene: &SequenceScene) {
     let _ = writeln!(
         out,
-        "## {} ({})\n\n{} frames at {} a second.\n\n### Means over the frames\n\n| method | ms | {} | lag, frames |\n|---|---:|{}---:|",
-        scene.scene,
-        scene.view,
-        scene.frames,
-        scene.rate_hz,
-        TITLES.join(" | "),
-        "---:|".repeat(TITLES.len())
+        "## {} ({})\n\n{} frames at {} a second.\n\n### Means over the frames\n",
+        scene.scene, scene.view, scene.frames, scene.rate_hz
     );
-    for row in &scene.results {
-        let cells = MEASURES.map(|m| short(row.means.get(m).copied().flatten())).join(" | ");
-        let ms = row.ms.get("total").map_or("–".to_owned(), |ms| format!("{ms:.1}"));
-        let lag = row.lag_frames.map_or("–".to_owned(), |n| n.to_string());
-        let _ = writeln!(out, "| {}@{} | {ms} | {cells} | {lag} |", row.method, row.spp);
+    let names: Vec<&str> = ["method", "ms"].into_iter().chain(TITLES).chain(["lag, frames"]).collect();
+    columns(out, &names, 1);
+    for r in &scene.results {
+        let ms = r.ms.get("total").map_or("–".to_owned(), |ms| format!("{ms:.1}"));
+        let lag = r.lag_frames.map_or("–".to_owned(), |n| n.to_string());
+        let means = MEASURES.map(|m| short(r.means.get(m).copied().flatten()));
+        row(out, [format!("{}@{}", r.method, r.spp), ms].into_iter().chain(means).chain([lag]));
     }
     let others: Vec<_> = scene.results.iter().filter(|r| r.method != scene.baseline).collect();
     if !others.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n### Over `{}` with as many samples\n\n| method | MSE at equal time | ms | {} |\n|---|---:|---:|{}",
-            scene.baseline,
-            TITLES.join(" | "),
-            "---:|".repeat(TITLES.len())
-        );
+        let _ = writeln!(out, "\n### Over `{}` with as many samples\n", scene.baseline);
+        columns(out, &ratio_names(), 1);
     }
-    for row in others {
+    for r in others {
+        // A row without a peer has only what is measured at equal time.
         let mut cells = vec!["–".to_owned(); MEASURES.len() + 2];
-        for (cell, (_, ratio)) in cells.iter_mut().zip(ratios(scene, row)) {
+        for (cell, (_, ratio)) in cells.iter_mut().zip(ratios(scene, r)) {
             *cell = short(ratio);
         }
-        let _ = writeln!(out, "| {}@{} | {} |", row.method, row.spp, cells.join(" | "));
+        row(out, std::iter::once(format!("{}@{}", r.method, r.spp)).chain(cells));
     }
     out.push('\n');
 }
 
+fn ratio_names() -> Vec<&'static str> {
+    ["method", "MSE at equal time", "ms"].into_iter().chain(TITLES).collect()
+}
+
 /// Geometric means over the scenes with the worst scene.
 fn summary(out: &mut String, report: &SequenceReport) {
-    let _ = writeln!(
-        out,
-        "## Over {} scenes: geometric mean (worst)\n\n| method | MSE at equal time | ms | {} |\n|---|---:|---:|{}",
-        report.scenes.len(),
-        TITLES.join(" | "),
-        "---:|".repeat(TITLES.len())
-    );
+    let _ = writeln!(out, "## Over {} scenes: geometric mean (worst)\n", report.scenes.len());
+    columns(out, &ratio_names(), 1);
     let mut methods: Vec<(&str, u32)> = Vec::new();
     for s in &report.summary {
         if !methods.contains(&(&s.method, s.spp)) {
@@ -105,8 +98,8 @@ fn summary(out: &mut String, report: &SequenceReport) {
                 format!("{} ({}{voters})", short(Some(s.geomean)), short(Some(s.worst)))
             })
         };
-        let cells: Vec<String> = ["equal_time_mse", "ms_total"].into_iter().chain(MEASURES).map(cell).collect();
-        let _ = writeln!(out, "| {method}@{spp} | {} |", cells.join(" | "));
+        let cells = ["equal_time_mse", "ms_total"].into_iter().chain(MEASURES).map(cell);
+        row(out, std::iter::once(format!("{method}@{spp}")).chain(cells));
     }
     out.push('\n');
 }

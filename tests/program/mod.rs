@@ -1,0 +1,19 @@
+//! The real program with validation on, in a folder of the test's own.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+pub fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cyclopean"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("CYCLOPEAN_VALIDATION", "1")
+        .env("XDG_CACHE_HOME", folder.join("cache"))
+        .output()
+        .expect("the program starts")
+}
+
+#[allow(dead_code, reason = "each test file uses its part")]
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
