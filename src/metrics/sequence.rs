@@ -1,8 +1,8 @@
 //! Errors of a sequence from two independent runs of it: what stays, what is noise, and what flickers from frame to frame.
 //!
-//! With e₁ and e₂ the differences of both runs from one reference, mean e₁·e₂ is the squared bias and mean (e₁ − e₂)²/2 the
-//! variance of a run, neither with an assumption about the noise. The reference's own variance, which e₁·e₂ holds once, is
-//! subtracted.
+//! There are two independent references as well. The product of one run's difference from the first and the other run's from
+//! the second has the squared bias as its mean, whatever the noise of either; half the squared difference of the runs has a
+//! run's variance. A standard error would not do: the samples of a reference are stratified, and it says too much.
 
 use glam::{DAffine3, DVec3};
 
@@ -19,14 +19,15 @@ pub struct Parts {
     pub variance: f64,
 }
 
-/// The parts over the pixels of a mask; `None` where it holds none. `error` is the reference's standard error.
-pub fn parts(runs: [&[[f32; 3]]; 2], reference: &[[f32; 3]], error: &[[f32; 3]], mask: &[bool]) -> Option<Parts> {
+/// The parts over the pixels of a mask; `None` where it holds none.
+pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]) -> Option<Parts> {
     let (mut bias2, mut variance, mut n) = (0.0, 0.0, 0.0);
     for i in (0..mask.len()).filter(|i| mask[*i]) {
         for c in 0..3 {
-            let e = runs.map(|run| f64::from(run[i][c]) - f64::from(reference[i][c]));
-            bias2 += e[0] * e[1] - f64::from(error[i][c]).powi(2);
-            variance += (e[0] - e[1]).powi(2) / 2.0;
+            let (x, y) = (runs.map(|run| f64::from(run[i][c])), references.map(|r| f64::from(r[i][c])));
+            // Either run with either reference.
+            bias2 += ((x[0] - y[0]) * (x[1] - y[1]) + (x[0] - y[1]) * (x[1] - y[0])) / 2.0;
+            variance += (x[0] - x[1]).powi(2) / 2.0;
             n += 1.0;
         }
     }
@@ -93,17 +94,17 @@ fn pixel(camera: &EyeCamera, (width, height): (usize, usize), place: DVec3) -> O
 }
 
 /// Flicker of an eye: the mean over pixels and channels of half the squared change of the error along the motion of the
-/// reference, linear radiance squared; without the noise of both references. `None` without any pixel.
+/// surfaces, linear radiance squared; the square is the product of the changes against either reference. `None` without any
+/// pixel.
 ///
-/// `now` and `then` are a run's frame, its reference and the reference's standard error.
+/// `now` and `then` are a run's frame and its two references.
 pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u32>], mask: &[bool]) -> Option<f64> {
     let (mut sum, mut n) = (0.0, 0.0);
     for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
         let Some(there) = there.map(|t| t as usize) else { continue };
         for c in 0..3 {
-            let error = |of: [&[[f32; 3]]; 3], at: usize| f64::from(of[0][at][c]) - f64::from(of[1][at][c]);
-            let noise = f64::from(now[2][i][c]).powi(2) + f64::from(then[2][there][c]).powi(2);
-            sum += ((error(now, i) - error(then, there)).powi(2) - noise) / 2.0;
+            let change = [0, 1, 2].map(|of: usize| f64::from(now[of][i][c]) - f64::from(then[of][there][c]));
+            sum += (change[0] - change[1]) * (change[0] - change[2]) / 2.0;
             n += 1.0;
         }
     }
@@ -167,17 +168,16 @@ mod tests {
         let mut noisy = |mean: f64, deviation: f64| -> Vec<[f32; 3]> {
             (0..n).map(|_| [(mean + deviation * stream.normal()) as f32; 3]).collect()
         };
-        let (reference, a, b) = (noisy(1.0, 0.1), noisy(1.3, 0.2), noisy(1.3, 0.2));
-        let found = parts([&a, &b], &reference, &vec![[0.1; 3]; n], &vec![true; n]).expect("pixels");
+        let (y, z, a, b) = (noisy(1.0, 0.1), noisy(1.0, 0.1), noisy(1.3, 0.2), noisy(1.3, 0.2));
+        let found = parts([&a, &b], [&y, &z], &vec![true; n]).expect("pixels");
         assert!((found.bias2 - 0.09).abs() < 3e-3, "{found:?}");
         assert!((found.variance - 0.04).abs() < 1e-3, "{found:?}");
         assert!((found.mse - found.bias2 - found.variance).abs() < 1e-12);
-        assert_eq!(parts([&a, &b], &reference, &reference, &vec![false; n]), None);
+        assert_eq!(parts([&a, &b], [&y, &z], &vec![false; n]), None);
         // Frames of this noise and a bias that stays flicker by the variance.
-        let then = noisy(1.0, 0.1);
-        let error = vec![[0.1; 3]; n];
+        let then = [noisy(1.0, 0.1), noisy(1.0, 0.1)];
         let same: Vec<Option<u32>> = (0..n as u32).map(Some).collect();
-        let found = flicker([&a, &reference, &error], [&b, &then, &error], &same, &vec![true; n]).expect("pixels");
+        let found = flicker([&a, &y, &z], [&b, &then[0], &then[1]], &same, &vec![true; n]).expect("pixels");
         assert!((found - 0.04).abs() < 1e-3, "{found}");
         // Two runs of independent frames: the same, without a word of the references.
         let (c, d) = (noisy(1.3, 0.2), noisy(1.3, 0.2));

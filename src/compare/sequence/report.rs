@@ -17,7 +17,7 @@ pub struct SequenceReport {
     pub width: u32,
     pub height: u32,
     pub path: String,
-    /// Paths a pixel of each frame's reference.
+    /// Paths a pixel of each of a frame's two references.
     pub reference_spp: u32,
     /// What all configurations share.
     pub settings: Settings,

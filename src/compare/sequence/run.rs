@@ -22,11 +22,11 @@ use crate::scene::{self, Eye, Fallback, HeadPath, StereoCamera, View};
 
 /// Seeds of the two runs of each configuration, and of the references.
 const SEEDS: [u32; 2] = [1, 2];
-const REFERENCE_SEED: u32 = 1_000_001;
+const REFERENCE_SEEDS: [u32; 2] = [1_000_001, 1_000_002];
 /// Roughness above which a surface is not called glossy here.
 const GLOSSY: f32 = 0.3;
 
-/// Both runs of a configuration in one frame.
+/// Both runs of a configuration in one frame, or both references.
 type Runs = [StereoPicture; 2];
 
 /// Compares on one scene.
@@ -61,8 +61,10 @@ pub fn scene(
     let mut last: Option<Frame> = None;
     for number in 0..frames {
         let at = At { path: &path, view: &view, number };
-        at.draw(&mut truth, REFERENCE_SEED)?;
-        let mut now = Frame::of(&truth, scene.places_at(path.time_of(number)))?;
+        at.draw(&mut truth, REFERENCE_SEEDS[1])?;
+        let again = truth.reflection()?;
+        at.draw(&mut truth, REFERENCE_SEEDS[0])?;
+        let mut now = Frame::of(&truth, again, scene.places_at(path.time_of(number)))?;
         bar.step("reference");
         let count = all.len();
         now.runs = vec![None; count];
@@ -135,8 +137,8 @@ struct Frame {
     camera: StereoCamera,
     places: Vec<DAffine3>,
     geometry: Geometry,
-    reflection: StereoPicture,
-    error: StereoPicture,
+    /// Of both references.
+    references: Runs,
     pairs: Pairs,
     size: (usize, usize),
     /// Reflections of each configuration, and the composites.
@@ -144,13 +146,15 @@ struct Frame {
 }
 
 impl Frame {
-    fn of(truth: &Prepared, places: Vec<DAffine3>) -> Result<Frame, CompareError> {
+    /// `truth` has drawn the first reference, `again` are the reflections of the second one.
+    fn of(truth: &Prepared, again: StereoPicture, places: Vec<DAffine3>) -> Result<Frame, CompareError> {
         let (linear, reflection, geometry) = (truth.linear()?, truth.reflection()?, truth.geometry()?);
         let error = truth.standard_error(&reflection)?.unwrap_or_else(|| reference::black(&reflection));
         let size = (linear.width as usize, linear.height as usize);
         let by_reference = pairs::Reference { linear: linear.eyes(), error: error.eyes() };
         let pairs = Pairs::choose(&reference::surfaces_of(truth, &geometry, size), &by_reference);
-        Ok(Frame { camera: *truth.camera(), places, geometry, reflection, error, pairs, size, runs: Vec::new() })
+        let (camera, references) = (*truth.camera(), [reflection, again]);
+        Ok(Frame { camera, places, geometry, references, pairs, size, runs: Vec::new() })
     }
 
     fn seen(&self, eye: usize) -> Seen<'_> {
@@ -190,11 +194,11 @@ impl Run {
             let glossy: Vec<bool> =
                 g.traced.iter().zip(&g.roughness).map(|(t, r)| *t && (delta..GLOSSY).contains(r)).collect();
             let uncovered: Vec<bool> = g.traced.iter().zip(trail).map(|(t, b)| *t && b.is_none()).collect();
-            let of = |mask: &[bool]| parts(eye_of(own, eye), &now.reflection.eyes[eye], &now.error.eyes[eye], mask);
+            let of = |mask: &[bool]| parts(eye_of(own, eye), eye_of(&now.references, eye), mask);
             let all = of(&g.traced);
             let flickers = [0, 1].map(|run: usize| {
-                let here = [&own[run], &now.reflection, &now.error].map(|p| p.eyes[eye].as_slice());
-                let there = [&own_before[run], &last.reflection, &last.error].map(|p| p.eyes[eye].as_slice());
+                let here = judged(&own[run], now, eye);
+                let there = judged(&own_before[run], last, eye);
                 flicker(here, there, trail, &g.traced)
             });
             let found = [
@@ -246,6 +250,12 @@ impl Run {
             equal_time: None,
         }
     }
+}
+
+/// One eye of a run's frame and of both its references.
+fn judged<'a>(run: &'a StereoPicture, frame: &'a Frame, eye: usize) -> [&'a [[f32; 3]]; 3] {
+    let [first, second] = eye_of(&frame.references, eye);
+    [&run.eyes[eye], first, second]
 }
 
 /// One eye of both runs.

@@ -49,7 +49,8 @@ pub fn ratios(scene: &SequenceScene, row: &SequenceRow) -> Vec<(String, Option<f
     if let Some(peer) = scene.results.iter().find(|r| r.method == scene.baseline && r.spp == row.spp) {
         let total = |r: &SequenceRow| r.ms.get("total").copied();
         found.push(("ms_total".to_owned(), total(row).zip(total(peer)).map(|(a, b)| a / b)));
-        let value = |r: &SequenceRow, m| r.means.get(m).copied().flatten();
+        // Products of two runs may fall below 0 by chance: two of those have no ratio.
+        let value = |r: &SequenceRow, m| r.means.get(m).copied().flatten().filter(|v| *v > 0.0);
         found.extend(MEASURES.map(|m| (m.to_owned(), value(row, m).zip(value(peer, m)).map(|(a, b)| a / b))));
     }
     found
