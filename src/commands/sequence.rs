@@ -68,8 +68,8 @@ pub fn run(gpu: &std::rc::Rc<Gpu>, of: &Sequence<'_>, console: &Console) -> anyh
     let count = of.path.frames_asked(of.frames).map_err(|e| WrongUsage(e.to_string()))?;
     std::fs::create_dir_all(of.out).with_context(|| format!("cannot make the folder {}", of.out.display()))?;
     let mut renderer = Renderer::new(gpu, Arc::clone(of.scene))?.keep_light_in(device::light_folder());
-    let camera = |frame: u32| of.path.view(of.view, frame).stereo_camera(of.settings.aspect());
-    let mut prepared = renderer.prepare(&camera(0), of.method, of.settings)?;
+    let first = of.path.view(of.view, 0).stereo_camera(of.settings.aspect());
+    let mut prepared = renderer.prepare(&first, of.method, of.settings)?;
     let stem = format!("{}_{}_{}", of.scene.name, of.path.name, of.method).replace(['/', '\\', ' '], "-");
     let mut report = Report {
         scene: &of.scene.name,
@@ -90,9 +90,7 @@ pub fn run(gpu: &std::rc::Rc<Gpu>, of: &Sequence<'_>, console: &Console) -> anyh
     };
     let mut bar = console.progress("frames", u64::from(count));
     for frame in 0..count {
-        prepared.set_time(of.path.time_of(frame))?;
-        prepared.set_camera(&camera(frame));
-        prepared.set_seed(of.settings.seed, frame);
+        prepared.follow(of.path, of.view, of.settings.seed, frame)?;
         let rendered = prepared.frame(&mut |_, _| check_interrupted())?;
         let (exr, png) = (format!("{stem}_{frame:04}.exr"), format!("{stem}_{frame:04}.png"));
         let (exr, png) = (of.out.join(exr), of.out.join(png));

@@ -7,15 +7,19 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::Context as _;
+use cyclopean_analysis::journal::record::Film;
 
 use crate::console::check_interrupted;
 use crate::gpu::Gpu;
-use crate::picture::{self, Part};
+use crate::picture::{self, Part, StereoPicture};
 use crate::render::{
-    Ao, AoSettings, Method, Rendered, Renderer, Request, Settings, fast_ray_queries, identity, shaders,
+    Ao, AoSettings, Method, Rendered, Renderer, Request, SETTLING, Settings, fast_ray_queries, identity, shaders,
 };
-use crate::scene::{self, Scene, StereoCamera, builtin};
-use crate::study::stimulus::{Catalogue, CatalogueScene, StimulusInfo, StimulusRenderer, StimulusRequest};
+use crate::scene::{self, HeadPath, Scene, StereoCamera, View, builtin};
+use crate::study::sha256_hex;
+use crate::study::stimulus::{
+    Catalogue, CatalogueScene, STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest, frame_file,
+};
 
 use super::device;
 
@@ -29,7 +33,9 @@ pub struct GpuStimuli {
 /// What one request means to the renderer.
 struct Job {
     scene: Arc<Scene>,
-    camera: StereoCamera,
+    view: View,
+    /// The path that the head follows from `view`, and how many of its frames are shown; none: a still.
+    film: Option<(HeadPath, u32)>,
     method: Method,
     settings: Settings,
 }
@@ -37,11 +43,13 @@ struct Job {
 /// The built-in scenes with their views, and every method.
 pub fn catalogue() -> Catalogue {
     let scenes = builtin::NAMES.iter().map(|&name| {
-        let views = builtin::manifest(name)
-            .and_then(|text| serde_json::from_str::<scene::manifest::Manifest>(text).ok())
-            .map(|manifest| manifest.views.iter().map(|v| v.name.clone()).collect())
-            .unwrap_or_default();
-        CatalogueScene { name: name.to_owned(), views }
+        let manifest =
+            builtin::manifest(name).and_then(|text| serde_json::from_str::<scene::manifest::Manifest>(text).ok());
+        let (views, paths) = manifest.map_or((Vec::new(), Vec::new()), |manifest| {
+            let views = manifest.views.into_iter().map(|v| v.name).collect();
+            (views, manifest.paths.into_iter().map(|p| p.name).collect())
+        });
+        CatalogueScene { name: name.to_owned(), views, paths }
     });
     let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
     Catalogue {
@@ -98,45 +106,117 @@ impl GpuStimuli {
             let half = (degrees.to_radians() / 2.0).tan();
             view.vertical_fov_rad = 2.0 * (half / settings.aspect()).atan();
         }
-        let camera = view.stereo_camera(settings.aspect());
-        Ok(Job { scene, camera, method, settings })
+        let film = match &request.path {
+            None => None,
+            Some(name) => {
+                let path = scene.path(name, &view)?;
+                let frames = path.frames_within(request.seconds.unwrap_or(f64::INFINITY));
+                Some((path, frames))
+            }
+        };
+        Ok(Job { scene, view, film, method, settings })
+    }
+
+    /// Renders a still into `into`.
+    fn still(&mut self, job: &Job, into: &Path) -> anyhow::Result<StimulusInfo> {
+        let camera = job.camera(0);
+        let asked = Request { camera: &camera, method: &job.method, settings: &job.settings, frames: 1 };
+        let rendered = self.renderer(job)?.render(&asked, &mut |_, _| check_interrupted())?;
+        let Rendered { linear, reflection, display, error, samples, .. } = &rendered;
+        write_exr(into, linear, reflection)?;
+        write_frame(into, 0, linear, display)?;
+        let standard_error = error.as_ref().and_then(|error| mean_standard_error(error, reflection));
+        Ok(self.info(job, *samples, standard_error))
+    }
+
+    /// Renders the frames of a path into `into`. A method that accumulates frames begins as after standing still.
+    fn film(&mut self, job: &Job, (path, frames): (&HeadPath, u32), into: &Path) -> anyhow::Result<StimulusInfo> {
+        let (view, seed) = (&job.view, job.settings.seed);
+        let mut prepared = self.renderer(job)?.prepare(&job.camera(0), &job.method, &job.settings)?;
+        let mut progress = |_, _| check_interrupted();
+        prepared.follow(path, view, seed, 0)?;
+        if prepared.needs().accumulate {
+            for before in (1..SETTLING).rev() {
+                prepared.set_seed(seed, 0u32.wrapping_sub(before));
+                prepared.frame(&mut progress)?;
+            }
+        }
+        let mut errors = Vec::new();
+        for frame in 0..frames {
+            prepared.follow(path, view, seed, frame)?;
+            prepared.frame(&mut progress)?;
+            let (linear, reflection) = (prepared.linear()?, prepared.reflection()?);
+            if frame == 0 {
+                write_exr(into, &linear, &reflection)?;
+            }
+            write_frame(into, frame, &linear, &prepared.display()?)?;
+            let error = prepared.standard_error(&reflection)?;
+            errors.extend(error.and_then(|error| mean_standard_error(&error, &reflection)));
+        }
+        self.gpu.check_validation()?;
+        let standard_error = (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64);
+        let film = Some(Film { rate_hz: path.rate_hz, frames });
+        Ok(StimulusInfo { film, ..self.info(job, job.method.samples(), standard_error) })
+    }
+
+    /// The renderer with the job's scene.
+    fn renderer(&mut self, job: &Job) -> anyhow::Result<&mut Renderer> {
+        if self.renderer.as_ref().is_none_or(|r| r.scene().content_sha256 != job.scene.content_sha256) {
+            // The old scene's memory goes first.
+            self.renderer = None;
+        }
+        Ok(match &mut self.renderer {
+            Some(renderer) => renderer,
+            empty => {
+                empty.insert(Renderer::new(&self.gpu, Arc::clone(&job.scene))?.keep_light_in(device::light_folder()))
+            }
+        })
+    }
+
+    fn info(&self, job: &Job, samples: u32, standard_error: Option<f64>) -> StimulusInfo {
+        let fov = job.camera(0).eye(scene::Eye::Left).fov;
+        StimulusInfo {
+            scene_sha256: Some(job.scene.content_sha256.clone()),
+            shaders_sha256: Some(shaders::digest()),
+            renderer: format!("cyclopean {} on {}", env!("CARGO_PKG_VERSION"), self.gpu.info().kind),
+            samples,
+            standard_error,
+            horizontal_fov_deg: Some((fov.right_rad - fov.left_rad).to_degrees()),
+            inconsistency: None,
+            film: None,
+        }
+    }
+}
+
+impl Job {
+    /// The eyes of a frame; a still has one.
+    fn camera(&self, frame: u32) -> StereoCamera {
+        let aspect = self.settings.aspect();
+        match &self.film {
+            None => self.view.stereo_camera(aspect),
+            Some((path, _)) => path.view(&self.view, frame).stereo_camera(aspect),
+        }
     }
 }
 
 impl StimulusRenderer for GpuStimuli {
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
         let job = self.job(request)?;
-        let Job { scene, camera, method, settings } = &job;
-        Ok(identity(scene, camera, method, settings, self.gpu.info().kind)?)
+        let Job { scene, film, method, settings, .. } = &job;
+        let of = |frame: u32| identity(scene, &job.camera(frame), method, settings, self.gpu.info().kind);
+        let Some((path, frames)) = film else { return Ok(of(0)?) };
+        // Every frame's picture, at this rate: what moves by itself follows from both.
+        let frames = (0..*frames).map(of).collect::<Result<Vec<String>, _>>()?;
+        let all = serde_json::json!({ "rate_hz": path.rate_hz, "frames": frames });
+        Ok(sha256_hex(&serde_json::to_vec(&all)?))
     }
 
     fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
         let job = self.job(request)?;
-        if self.renderer.as_ref().is_none_or(|r| r.scene().content_sha256 != job.scene.content_sha256) {
-            // The old scene's memory goes first.
-            self.renderer = None;
+        match &job.film {
+            None => self.still(&job, into),
+            Some((path, frames)) => self.film(&job, (path, *frames), into),
         }
-        let renderer = match &mut self.renderer {
-            Some(renderer) => renderer,
-            empty => {
-                empty.insert(Renderer::new(&self.gpu, Arc::clone(&job.scene))?.keep_light_in(device::light_folder()))
-            }
-        };
-        let asked = Request { camera: &job.camera, method: &job.method, settings: &job.settings, frames: 1 };
-        let rendered = renderer.render(&asked, &mut |_, _| check_interrupted())?;
-        write(into, &rendered)?;
-        Ok(StimulusInfo {
-            scene_sha256: Some(job.scene.content_sha256.clone()),
-            shaders_sha256: Some(shaders::digest()),
-            renderer: format!("cyclopean {} on {}", env!("CARGO_PKG_VERSION"), self.gpu.info().kind),
-            samples: rendered.samples,
-            standard_error: mean_standard_error(&rendered),
-            horizontal_fov_deg: Some({
-                let fov = job.camera.eye(scene::Eye::Left).fov;
-                (fov.right_rad - fov.left_rad).to_degrees()
-            }),
-            inconsistency: None,
-        })
     }
 }
 
@@ -145,21 +225,26 @@ fn ambient_occlusion(request: &StimulusRequest) -> anyhow::Result<Ao> {
     Ao::ALL.into_iter().find(|ao| ao.name() == name).with_context(|| format!("unknown ambient occlusion `{name}`"))
 }
 
-fn write(into: &Path, rendered: &Rendered) -> Result<(), picture::PictureError> {
-    let parts =
-        [Part { layer: "", picture: &rendered.linear }, Part { layer: "reflection", picture: &rendered.reflection }];
-    picture::write_exr(&into.join("stereo.exr"), &parts)?;
-    let (width, height) = (rendered.linear.width, rendered.linear.height);
-    let [left, right] = &rendered.display;
-    picture::write_side_by_side(&into.join("sbs.png"), width, height, [left, right])
+fn write_exr(into: &Path, linear: &StereoPicture, reflection: &StereoPicture) -> Result<(), picture::PictureError> {
+    let parts = [Part { layer: "", picture: linear }, Part { layer: "reflection", picture: reflection }];
+    picture::write_exr(&into.join(STIMULUS_FILES[1]), &parts)
+}
+
+/// `display`: both eyes' display values, of the size of `linear`.
+fn write_frame(
+    into: &Path,
+    frame: u32,
+    linear: &StereoPicture,
+    [left, right]: &[Vec<u8>; 2],
+) -> Result<(), picture::PictureError> {
+    picture::write_side_by_side(&into.join(frame_file(frame)), linear.width, linear.height, [left, right])
 }
 
 /// Of the luminance, over the pixels that reflect. The channels come from the same paths, so their errors add up
 /// linearly: exact for grey light, an upper bound for any.
-fn mean_standard_error(rendered: &Rendered) -> Option<f64> {
-    let error = rendered.error.as_ref()?;
+fn mean_standard_error(error: &StereoPicture, reflection: &StereoPicture) -> Option<f64> {
     let luminance = |c: &[f32; 3]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
-    let pixels = error.eyes.iter().flatten().zip(rendered.reflection.eyes.iter().flatten());
+    let pixels = error.eyes.iter().flatten().zip(reflection.eyes.iter().flatten());
     let values: Vec<f64> = pixels.filter(|(_, r)| **r != [0.0; 3]).map(|(e, _)| luminance(e)).collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

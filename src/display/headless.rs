@@ -68,7 +68,8 @@ impl Headless {
 
     /// [`Display::present`] would change what is shown.
     pub fn is_new(&self, screen: &Screen) -> bool {
-        self.screen.as_ref() != Some(screen)
+        // Frames of one stimulus are one screen to an observer.
+        self.screen.as_ref() != Some(&screen.first_frame())
     }
 
     fn rate(&self) -> f64 {
@@ -138,7 +139,7 @@ impl Display for Headless {
                 at += delay_ns;
                 self.pending.push_back((at, input));
             }
-            self.screen = Some(screen.clone());
+            self.screen = Some(screen.first_frame());
         }
         Ok(())
     }

@@ -8,6 +8,8 @@ pub mod desktop;
 pub mod headless;
 pub mod intervals;
 #[cfg(feature = "gpu")]
+mod memory;
+#[cfg(feature = "gpu")]
 pub mod openxr;
 #[cfg(feature = "gpu")]
 pub mod operator;
@@ -16,7 +18,7 @@ pub mod panel;
 #[cfg(feature = "gpu")]
 mod shaders;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::journal::record;
 use serde::{Deserialize, Serialize};
@@ -79,10 +81,17 @@ pub struct HeadPose {
 pub struct StimulusFiles {
     /// Linear, multi-view.
     pub exr: PathBuf,
-    /// Left and right half, display values.
-    pub sbs_png: PathBuf,
+    /// Left and right half, display values: one picture of a still, one a frame of a moving stimulus; at least one.
+    pub frames: Vec<PathBuf>,
     /// Horizontal field of view per eye that it was rendered with, degrees; none where nobody says.
     pub fov_deg: Option<f64>,
+}
+
+impl StimulusFiles {
+    /// The still, or the first frame; empty where there is none.
+    pub fn first(&self) -> &Path {
+        self.frames.first().map_or(Path::new(""), PathBuf::as_path)
+    }
 }
 
 /// A display failed; the session is closed whole and can be resumed.

@@ -171,6 +171,14 @@ impl Gpu {
         u64::from(self.limits.max_storage_buffer_range)
     }
 
+    /// Memory of the device's own (a software device's: the computer's): its largest device-local heap, bytes.
+    pub fn local_memory_bytes(&self) -> u64 {
+        // SAFETY: the physical device belongs to this instance.
+        let memory = unsafe { self.instance.get_physical_device_memory_properties(self.physical) };
+        let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
+        memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).max().unwrap_or(0)
+    }
+
     /// Layers of an image, at the most.
     pub fn max_layers(&self) -> usize {
         self.limits.max_image_array_layers as usize

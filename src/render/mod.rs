@@ -50,5 +50,5 @@ pub use geometry::Geometry;
 pub use identity::identity;
 pub use method::{Method, Reuse, Temporal};
 pub use prepared::{FrameReport, Prepared};
-pub use renderer::{RenderError, Rendered, Renderer, Request, median_of_sorted};
+pub use renderer::{RenderError, Rendered, Renderer, Request, SETTLING, median_of_sorted};
 pub use settings::{Firefly, Settings, ShadingReuse, Shadows, Streams, Trace};

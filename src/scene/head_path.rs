@@ -88,6 +88,12 @@ impl HeadPath {
         }
     }
 
+    /// How many frames begin within so many seconds; the whole path where it is shorter.
+    pub fn frames_within(&self, seconds: f64) -> u32 {
+        let begin = (seconds * self.rate_hz - 1e-6).ceil().max(1.0);
+        self.frames().min(begin.min(f64::from(u32::MAX)) as u32)
+    }
+
     /// Seconds from the path's first key to a frame.
     pub fn time_of(&self, frame: u32) -> f64 {
         f64::from(frame) / self.rate_hz
@@ -247,6 +253,13 @@ mod tests {
             let (curve, formula) = (path.view(&view(), frame), sway(&view(), f64::from(frame) / 240.0));
             assert!((curve.position - formula.position).length() < 1e-4, "frame {frame}");
         }
+    }
+
+    #[test]
+    fn as_many_frames_begin_within_a_time_as_its_rate_says() {
+        let path = HeadPath::new("p", 10.0, vec![key(0.0, 0.0, false), key(1.0, 1.0, false)]).expect("a path");
+        let counts: Vec<u32> = [0.0, 0.05, 0.1, 0.11, 0.5, 1.0, 9.0].map(|s| path.frames_within(s)).to_vec();
+        assert_eq!(counts, [1, 1, 1, 2, 5, 10, 11]);
     }
 
     #[test]

@@ -65,6 +65,7 @@ impl SimulatedObserver {
                 let at = plan.stimuli.iter().position(|s| {
                     Some(&s.scene) == factors.get("scene")
                         && s.view.as_ref() == factors.get("view")
+                        && s.path.as_ref() == factors.get("path")
                         && s.method == split_method(method).0
                 })?;
                 let rule = simulation.from_inconsistency?;

@@ -95,15 +95,19 @@ pub fn survey(
     let mut report = Report::default();
     let mut took: BTreeMap<String, (f64, u32)> = BTreeMap::new();
     let mut needed: Vec<String> = Vec::new();
+    let like = |request: &StimulusRequest| match request.path {
+        Some(_) => format!("{} along a path", request.method),
+        None => request.method.clone(),
+    };
     for request in requests(definition, shard) {
         let (key, found) = look(store, renderer, &request)?;
         match (found, store.seconds(&key)) {
             (Found::Whole, Some(seconds)) => {
-                let entry = took.entry(request.method.clone()).or_default();
+                let entry = took.entry(like(&request)).or_default();
                 *entry = (entry.0 + seconds, entry.1 + 1);
             }
             (Found::Whole, None) => {}
-            _ => needed.push(request.method.clone()),
+            _ => needed.push(like(&request)),
         }
         report.count(&request, found);
     }

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use cyclopean_analysis::journal::record::{Film, Shown};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::definition::presentation::{is_false, is_true, yes};
 use super::definition::{ConditionSpec, Definition};
 
-/// One stimulus: both eyes of one view by one method.
+/// One stimulus: both eyes of one view by one method, still or along a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StimulusRequest {
@@ -16,6 +17,12 @@ pub struct StimulusRequest {
     pub scene: String,
     /// View name; none: the scene's first.
     pub view: Option<String>,
+    /// The path that the head follows; none: a still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// How long the stimulus moves at the most, seconds: as long as it is shown at one time. None for a still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
     /// Method name, without `@samples`.
     pub method: String,
     /// Samples a pixel; none: the method's own default.
@@ -49,9 +56,13 @@ impl StimulusRequest {
     pub fn new(definition: &Definition, condition: &ConditionSpec, method: &str) -> StimulusRequest {
         let stimuli = &definition.stimuli;
         let (name, written) = split_method(method);
+        let shown = definition.protocol.iter().filter(|segment| segment.show != Shown::Blank);
+        let longest = shown.map(|segment| segment.seconds).fold(0.0, f64::max);
         StimulusRequest {
             scene: condition.scene.clone(),
             view: condition.view.clone(),
+            path: condition.path.clone(),
+            seconds: condition.path.is_some().then_some(longest),
             method: name.to_owned(),
             samples: written.or_else(|| stimuli.samples.get(name).copied()),
             width_px: stimuli.width_px,
@@ -66,11 +77,12 @@ impl StimulusRequest {
         }
     }
 
-    /// For messages: `pica/default by sssr`.
+    /// For messages: `pica/default by sssr`, `pica/default along sway by sssr`.
     pub fn label(&self) -> String {
         let view = self.view.as_deref().unwrap_or("default");
+        let path = self.path.as_ref().map(|path| format!(" along {path}")).unwrap_or_default();
         let samples = self.samples.map(|n| format!("@{n}")).unwrap_or_default();
-        format!("{}/{view} by {}{samples}", self.scene, self.method)
+        format!("{}/{view}{path} by {}{samples}", self.scene, self.method)
     }
 }
 
@@ -100,6 +112,17 @@ pub struct StimulusInfo {
     pub horizontal_fov_deg: Option<f64>,
     /// Measured systematic inconsistency between the eyes, linear luminance; none where it was not measured.
     pub inconsistency: Option<f64>,
+    /// Its frames where it moves; none: a still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film: Option<Film>,
+}
+
+impl StimulusInfo {
+    /// Names of the stimulus's files: [`STIMULUS_FILES`], and one more for each frame of a film after the first.
+    pub fn files(&self) -> Vec<String> {
+        let more = self.film.map_or(0..0, |film| 1..film.frames).map(frame_file);
+        STIMULUS_FILES.into_iter().map(str::to_owned).chain(more).collect()
+    }
 }
 
 /// Renders stimuli.
@@ -111,15 +134,24 @@ pub trait StimulusRenderer {
     /// The scene cannot be loaded, or the method does not exist.
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String>;
 
-    /// Writes `stereo.exr` (linear, multi-view) and `sbs.png` into the existing empty folder `into`.
+    /// Writes `stereo.exr` (linear, multi-view) and `sbs.png` into the existing empty folder `into`; along a path these
+    /// are the first frame, and [`frame_file`] names the others.
     ///
     /// # Errors
     /// What failed; the caller removes the folder.
     fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo>;
 }
 
-/// The files of a stimulus.
+/// The files of every stimulus.
 pub const STIMULUS_FILES: [&str; 2] = ["sbs.png", "stereo.exr"];
+
+/// The file of a frame of a moving stimulus, display values, left and right half; frame 0 is `sbs.png`.
+pub fn frame_file(frame: u32) -> String {
+    match frame {
+        0 => STIMULUS_FILES[0].to_owned(),
+        _ => format!("sbs_{frame:05}.png"),
+    }
+}
 
 /// What this build can show.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -138,12 +170,23 @@ pub struct Catalogue {
 pub struct CatalogueScene {
     pub name: String,
     pub views: Vec<String>,
+    /// Paths of its own, beside those that every scene has.
+    pub paths: Vec<String>,
+}
+
+impl CatalogueScene {
+    /// Every path that its stimuli can follow.
+    pub fn all_paths(&self) -> Vec<&str> {
+        let every = crate::scene::head_path::GENERIC.iter().map(|(name, _)| *name);
+        self.paths.iter().map(String::as_str).chain(every).collect()
+    }
 }
 
 impl Catalogue {
     /// A catalogue of these names, every scene with its default view only.
     pub fn of(scenes: &[&str], methods: &[&str]) -> Catalogue {
-        let scenes = scenes.iter().map(|s| CatalogueScene { name: (*s).to_owned(), views: Vec::new() });
+        let scene = |name: &&str| CatalogueScene { name: (*name).to_owned(), views: Vec::new(), paths: Vec::new() };
+        let scenes = scenes.iter().map(scene);
         let methods = methods.iter().map(|m| (*m).to_owned()).collect();
         Catalogue { scenes: scenes.collect(), methods, ..Catalogue::default() }
     }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! objects/KK/KEY/{sbs.png, stereo.exr, stimulus.json, timing.json}    KK: first two digits of KEY
+//! objects/KK/KEY/sbs_NNNNN.png                                        frame NNNNN of a moving stimulus, from 1
 //! requests/HASH.json                                                  request → KEY; HASH: of the request's JSON
 //! ```
 //! All but `timing.json` is the same whoever renders it, so that shards can be copied together.
@@ -15,7 +16,7 @@ use cyclopean_analysis::files::{self, WriteError, sync_directory};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::stimulus::{STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest};
+use super::stimulus::{StimulusInfo, frame_file, StimulusRenderer, StimulusRequest};
 
 /// The side-car beside a stimulus's images.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +48,14 @@ pub struct Stored {
     pub side_car: SideCar,
 }
 
+impl Stored {
+    /// Its pictures as they are shown, in order: one of a still, one a frame of a moving stimulus.
+    pub fn frame_paths(&self) -> Vec<PathBuf> {
+        let frames = self.side_car.info.film.map_or(1, |film| film.frames);
+        (0..frames).map(|frame| self.folder.join(frame_file(frame))).collect()
+    }
+}
+
 /// A stimulus cannot be used as it is.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -63,7 +72,7 @@ pub enum StoreError {
     #[error(transparent)]
     Write(#[from] WriteError),
     #[error("the renderer wrote no {file} for {label}")]
-    NoFile { file: &'static str, label: String },
+    NoFile { file: String, label: String },
     #[error("{label}: {error:#}")]
     Render { label: String, error: anyhow::Error },
 }
@@ -130,7 +139,7 @@ impl Store {
         };
         let side_car: SideCar = serde_json::from_slice(&bytes)
             .map_err(|e| StoreError::Damaged { path: path.clone(), what: e.to_string() })?;
-        if side_car.key != key || STIMULUS_FILES.iter().any(|f| !side_car.files.contains_key(*f)) {
+        if side_car.key != key || side_car.info.files().iter().any(|f| !side_car.files.contains_key(f)) {
             return Err(StoreError::Damaged { path, what: "it describes another stimulus".to_owned() });
         }
         for (name, expected) in &side_car.files {
@@ -195,13 +204,13 @@ impl Store {
         let info = renderer.render(request, part).map_err(|error| StoreError::Render { label: label(), error })?;
         let seconds = started.elapsed().as_secs_f64();
         let mut files = BTreeMap::new();
-        for file in STIMULUS_FILES {
-            let path = part.join(file);
-            let sum = file_sha256(&path).map_err(|_| StoreError::NoFile { file, label: label() })?;
+        for file in info.files() {
+            let path = part.join(&file);
+            let sum = file_sha256(&path).map_err(|_| StoreError::NoFile { file: file.clone(), label: label() })?;
             File::open(&path)
                 .and_then(|f| f.sync_all())
                 .map_err(|source| StoreError::Io { path: path.clone(), source })?;
-            files.insert(file.to_owned(), sum);
+            files.insert(file, sum);
         }
         let side_car = SideCar { format: 1, key: key.to_owned(), request: request.clone(), info, files };
         files::write_bytes(&part.join("timing.json"), &to_json(&RenderTiming { seconds }))?;

@@ -86,6 +86,7 @@ pub fn preamble(definition: &Definition, plan: &super::plan::Plan) -> Vec<cyclop
         scene_sha256: None,
         shaders_sha256: None,
         renderer: None,
+        film: None,
     };
     let mut out = vec![Record::Header(Box::new(header))];
     out.extend((0..plan.stimuli.len()).map(|id| Record::Stimulus(stimulus(id))));

@@ -45,6 +45,7 @@ impl StimulusRenderer for Painter {
             standard_error: None,
             horizontal_fov_deg: request.horizontal_fov_deg,
             inconsistency: Some(if request.method == "sssr" { 0.2 } else { 0.0 }),
+            film: None,
         })
     }
 }

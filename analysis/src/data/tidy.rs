@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::journal::Kind;
 
 /// Columns that are factors wherever they occur; others become factors when a request names them.
-pub const FACTORS: [&str; 8] = ["scene", "view", "method", "other", "reference", "eye", "module", "condition"];
+pub const FACTORS: [&str; 9] = ["scene", "view", "path", "method", "other", "reference", "eye", "module", "condition"];
 
 /// Which columns to read.
 #[derive(Clone, Debug, Default)]

@@ -48,6 +48,7 @@ pub fn columns(factors: &[String]) -> Vec<Column> {
             "method" => "Rendering method shown; in a forced choice the method under test".to_owned(),
             "other" => "In a forced choice the method it was compared with".to_owned(),
             "view" => "Camera view of the scene".to_owned(),
+            "path" => "Path that the head follows in a moving stimulus".to_owned(),
             "eye" => "Eye whose image was shown".to_owned(),
             "reference" => "Method of the reference image beside".to_owned(),
             other => format!("Level of the factor {other}"),

@@ -296,8 +296,17 @@ pub struct Consent {
     pub retain_until: String,
 }
 
+/// The frames of a moving stimulus.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Film {
+    /// Frames a second at which it is shown.
+    pub rate_hz: f64,
+    /// How many it has, at least 1. When they are over, the last one stands.
+    pub frames: u32,
+}
+
 /// One set of stimulus files.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stimulus {
     /// Index in this session; `begin` records point here.
     pub id: u32,
@@ -320,6 +329,9 @@ pub struct Stimulus {
     /// What rendered it, where the renderer said it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub renderer: Option<String>,
+    /// Its frames where it moves; none: a still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film: Option<Film>,
 }
 
 /// One condition: what is varied.
@@ -327,7 +339,7 @@ pub struct Stimulus {
 pub struct Condition {
     /// Index in the study; `planned` records point here.
     pub id: u32,
-    /// Factor → level: `scene`, `method`, and where they apply `view`, `eye`, `other`, `reference`.
+    /// Factor → level: `scene`, `method`, and where they apply `view`, `path`, `eye`, `other`, `reference`.
     pub factors: BTreeMap<String, String>,
 }
 
@@ -471,6 +483,10 @@ pub struct Segment {
     pub first_ns: u64,
     /// Display time of its last frame.
     pub last_ns: u64,
+    /// A moving stimulus: when each of its frames was first displayed, nanoseconds on the journal's clock; null: that
+    /// frame was never displayed. Empty for stills and blank frames.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub film_onsets_ns: Vec<Option<u64>>,
 }
 
 /// What one part of a presentation shows.

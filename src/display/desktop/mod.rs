@@ -37,7 +37,8 @@ pub struct Desktop {
     options: DesktopOptions,
     info: DisplayInfo,
     content: Option<Content>,
-    stills: Vec<Image>,
+    /// By stimulus and frame.
+    stills: Vec<Vec<Image>>,
     written: Option<Written>,
     /// What stands in the window.
     shown: Option<View>,
@@ -146,7 +147,9 @@ impl Desktop {
         let Some(content) = &self.content else { return Ok(()) };
         let shows = if content.has_letters { &[Shown::A, Shown::B][..] } else { &[Shown::Stimulus] };
         let reference = content.is_mirrored_pair.then_some(0);
-        let stimulus = |&show: &Shown| Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference };
+        let stimulus = |&show: &Shown| {
+            Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference, frame: 0 }
+        };
         let mut screens: Vec<Screen> =
             if self.stills.is_empty() { Vec::new() } else { shows.iter().map(stimulus).collect() };
         screens.push(Screen::Blank);
@@ -175,11 +178,12 @@ impl Desktop {
         let eye_view = self.options.mode.view(size);
         let words = written.draw(content, &view, eye_view).map_err(failed)?;
         let (picture, shape) = match self.screen {
-            Screen::Stimulus { presentation, stimulus, reference, .. } => {
+            Screen::Stimulus { presentation, stimulus, reference, frame, .. } => {
                 let eye = content.presentations.get(presentation as usize).map_or(0, |p| p.eye);
                 let still = |at: u32| {
-                    let what = format!("stimulus {at} was never loaded");
-                    self.stills.get(at as usize).ok_or(DisplayError { display: DISPLAY, what })
+                    let what = format!("frame {frame} of stimulus {at} was never loaded");
+                    let frames = self.stills.get(at as usize);
+                    frames.and_then(|f| f.get(frame as usize)).ok_or(DisplayError { display: DISPLAY, what })
                 };
                 let test = still(stimulus)?;
                 let (width, height) = test.extent();

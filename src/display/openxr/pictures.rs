@@ -1,32 +1,46 @@
 //! The stimuli as textures: everything uploaded before trial 1, so that a toggle is a change of layer.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use openxr as xr;
 
 use super::headset::Headset;
 use super::runtime::failure;
 use super::texture::Texture;
-use crate::display::{DisplayError, StimulusFiles};
+use crate::display::{DisplayError, StimulusFiles, memory};
 
 /// A picture of the mirrored pair: reference, test, and whose eye's images (0 left).
 pub(super) type PairKey = (u32, u32, usize);
 
-/// One uploaded picture and its angular size.
-pub(super) struct Still {
-    pub texture: Texture,
+/// One uploaded stimulus, still or moving, and its angular size.
+pub(super) struct Shot {
+    /// Frames one after the other, `frames_each` in each texture but the last.
+    textures: Vec<Texture>,
+    frames_each: u32,
+    /// Layers of a frame: two for stereo, one for a pair.
+    layers: u32,
     /// Degrees; each eye's own for stereo, of the whole for a pair.
     pub width_deg: f64,
     /// Width over height.
     pub aspect: f64,
 }
 
+impl Shot {
+    /// What an eye (0 left) sees of a frame; both eyes see the same of a pair. None: no such frame.
+    pub fn picture(&self, frame: u32, eye: u32) -> Option<(&Texture, u32)> {
+        let texture = self.textures.get((frame / self.frames_each) as usize)?;
+        let layer = (frame % self.frames_each) * self.layers + eye.min(self.layers - 1);
+        (layer < texture.layers()).then_some((texture, layer))
+    }
+}
+
 /// All of them.
 #[derive(Default)]
 pub(super) struct Pictures {
     /// By stimulus, layer 0 the left eye's; none where pairs are shown.
-    pub stereo: Vec<Still>,
-    pub pairs: BTreeMap<PairKey, Still>,
+    pub stereo: Vec<Shot>,
+    pub pairs: BTreeMap<PairKey, Shot>,
 }
 
 /// How large pictures may be, degrees.
@@ -58,36 +72,103 @@ impl Pictures {
         pairs: &BTreeSet<PairKey>,
         room: &Room,
     ) -> Result<Pictures, DisplayError> {
+        let file = |id: u32| files.get(id as usize).ok_or_else(|| failure(format!("there is no stimulus {id}")));
         let mut out = Pictures::default();
         if pairs.is_empty() {
+            memory::check(&headset.gpu, files, memory::Levels::All).map_err(failure)?;
             for file in files {
-                let eyes = Eyes::read(file)?;
                 let width_deg = file.fov_deg.or(room.fov_deg).ok_or_else(|| {
-                    let file = file.sbs_png.display();
+                    let file = file.first().display();
                     failure(format!("{file} does not say how wide its view is: run `cyclopean prepare` again"))
                 })?;
-                fits(file, width_deg, eyes.aspect(), room)?;
-                let (width, height, aspect) = (eyes.width, eyes.height, eyes.aspect());
-                let texture = upload(headset, file, (width, height), eyes.texels.into())?;
-                out.stereo.push(Still { texture, width_deg, aspect });
+                let shot = upload(headset, file.frames.len(), width_deg, |frame| {
+                    let eyes = Eyes::read(&file.frames[frame])?;
+                    fits(file, width_deg, eyes.aspect(), room)?;
+                    let size = (eyes.width, eyes.height);
+                    Ok(Layers { path: &file.frames[frame], size, texels: eyes.texels.into() })
+                })?;
+                out.stereo.push(shot);
             }
             return Ok(out);
         }
+        let tests: Vec<&StimulusFiles> = pairs.iter().map(|&(_, test, _)| file(test)).collect::<Result<_, _>>()?;
+        memory::check(&headset.gpu, tests, memory::Levels::All).map_err(failure)?;
         for &(reference, test, eye) in pairs {
-            let file = |id: u32| files.get(id as usize).ok_or_else(|| failure(format!("there is no stimulus {id}")));
-            let (left, right) = (Eyes::read(file(reference)?)?, Eyes::read(file(test)?)?);
-            if (left.width, left.height) != (right.width, right.height) {
-                let (a, b) = (file(reference)?.sbs_png.display(), file(test)?.sbs_png.display());
-                return Err(failure(format!("{a} and {b} differ in size and cannot stand side by side")));
+            let (of, beside) = (file(test)?, file(reference)?);
+            if of.frames.len() != beside.frames.len() {
+                let (a, b) = (beside.first().display(), of.first().display());
+                return Err(failure(format!("{a} and {b} have not equally many frames")));
             }
-            let size = (2 * left.width, left.height);
-            let texels = side_by_side(&left.texels[eye], &right.texels[eye], left.width as usize);
-            let texture = upload(headset, file(test)?, size, vec![texels])?;
-            let aspect = f64::from(size.0) / f64::from(size.1);
-            out.pairs.insert((reference, test, eye), Still { texture, width_deg: room.pair_deg(), aspect });
+            let shot = upload(headset, of.frames.len(), room.pair_deg(), |frame| {
+                let (left, right) = (Eyes::read(&beside.frames[frame])?, Eyes::read(&of.frames[frame])?);
+                if (left.width, left.height) != (right.width, right.height) {
+                    let (a, b) = (beside.frames[frame].display(), of.frames[frame].display());
+                    return Err(failure(format!("{a} and {b} differ in size and cannot stand side by side")));
+                }
+                let size = (2 * left.width, left.height);
+                let texels = side_by_side(&left.texels[eye], &right.texels[eye], left.width as usize);
+                Ok(Layers { path: &of.frames[frame], size, texels: vec![texels] })
+            })?;
+            out.pairs.insert((reference, test, eye), shot);
         }
         Ok(out)
     }
+}
+
+/// One frame, ready to be uploaded.
+struct Layers<'a> {
+    /// For messages.
+    path: &'a Path,
+    size: (u32, u32),
+    /// RGBA bytes of each layer.
+    texels: Vec<Vec<u8>>,
+}
+
+/// Bytes of a texture that holds several frames, at the most: a runtime need not give more in one piece.
+const TEXTURE_BYTES: usize = 1 << 28;
+/// Layers of a texture, at the most; Vulkan promises 256.
+const TEXTURE_LAYERS: usize = 128;
+
+/// Uploads the frames of a stimulus as they are read: no more than one texture's are in memory at a time.
+fn upload<'a>(
+    headset: &Headset,
+    frames: usize,
+    width_deg: f64,
+    read: impl Fn(usize) -> Result<Layers<'a>, DisplayError>,
+) -> Result<Shot, DisplayError> {
+    let first = read(0)?;
+    let ((width, height), layers) = (first.size, first.texels.len());
+    let largest = headset.runtime.max_side_px;
+    if width.max(height) > largest {
+        let file = first.path.display();
+        return Err(failure(format!(
+            "{file} needs {width}×{height} pixels, the runtime takes at most {largest} a side"
+        )));
+    }
+    let bytes = layers * width as usize * height as usize * 4;
+    let frames_each = (TEXTURE_BYTES / bytes).min(TEXTURE_LAYERS / layers).clamp(1, frames.max(1));
+    let mut textures = Vec::new();
+    let mut texels = first.texels;
+    for frame in 1..=frames {
+        if frame % frames_each == 0 || frame == frames {
+            textures.push(Texture::still(
+                &headset.session,
+                &headset.gpu,
+                (width, height),
+                std::mem::take(&mut texels),
+            )?);
+        }
+        if frame < frames {
+            let next = read(frame)?;
+            if next.size != (width, height) {
+                let what = format!("{} is not as large as the frame before it", next.path.display());
+                return Err(failure(what));
+            }
+            texels.extend(next.texels);
+        }
+    }
+    let aspect = f64::from(width) / f64::from(height);
+    Ok(Shot { textures, frames_each: frames_each as u32, layers: layers as u32, width_deg, aspect })
 }
 
 fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Result<(), DisplayError> {
@@ -99,24 +180,8 @@ fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Resul
     }
     Err(failure(format!(
         "{} spans {width_deg:.0}° × {height_deg:.0}°, this headset shows {across:.0}° × {upward:.0}° around straight ahead: its borders would be cut off; set stimuli.horizontal_fov_deg in the study and prepare again",
-        file.sbs_png.display()
+        file.first().display()
     )))
-}
-
-fn upload(
-    headset: &Headset,
-    file: &StimulusFiles,
-    (width, height): (u32, u32),
-    layers: Vec<Vec<u8>>,
-) -> Result<Texture, DisplayError> {
-    let largest = headset.runtime.max_side_px;
-    if width.max(height) > largest {
-        let file = file.sbs_png.display();
-        return Err(failure(format!(
-            "{file} needs {width}×{height} pixels, the runtime takes at most {largest} a side"
-        )));
-    }
-    Texture::still(&headset.session, &headset.gpu, (width, height), layers)
 }
 
 /// Both eyes' pictures as RGBA bytes, rows from the top.
@@ -127,8 +192,7 @@ struct Eyes {
 }
 
 impl Eyes {
-    fn read(file: &StimulusFiles) -> Result<Eyes, DisplayError> {
-        let path = &file.sbs_png;
+    fn read(path: &Path) -> Result<Eyes, DisplayError> {
         let picture = image::open(path).map_err(|e| failure(format!("cannot read {}: {e}", path.display())))?;
         let both = picture.into_rgba8();
         let (width, height) = (both.width() / 2, both.height());
@@ -174,7 +238,7 @@ mod tests {
 
     #[test]
     fn what_is_wider_than_the_view_is_refused_with_the_way_out() {
-        let file = StimulusFiles { exr: "a.exr".into(), sbs_png: "a/sbs.png".into(), fov_deg: None };
+        let file = StimulusFiles { exr: "a.exr".into(), frames: vec!["a/sbs.png".into()], fov_deg: None };
         let room = Room { half_deg: [45.0, 45.0], quad_deg: 70.0, fov_deg: None };
         assert!(fits(&file, 90.0, 16.0 / 9.0, &room).is_ok());
         let error = fits(&file, 91.5, 16.0 / 9.0, &room).expect_err("too wide").to_string();

@@ -8,7 +8,7 @@ use openxr as xr;
 
 use super::board::{self, Board, Size};
 use super::headset::{EyeView, Headset, Layers, Spaces};
-use super::pictures::{EYES, PairKey, Pictures, Room, Still};
+use super::pictures::{EYES, PairKey, Pictures, Room, Shot};
 use super::place::{self, Pose, SCREEN_M};
 use super::texture::Texture;
 use crate::display::content::{Content, Geometry};
@@ -95,7 +95,7 @@ impl Stage {
         for show in [Shown::Stimulus, Shown::A, Shown::B] {
             let has_letter = show != Shown::Stimulus;
             let mut view =
-                View::of(&Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference: None });
+                View::of(&Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference: None, frame: 0 });
             let (deg, up_m) = match &self.content.mark {
                 None if !has_letter => continue,
                 None => ([8.0, 4.0], -below_m),
@@ -160,17 +160,19 @@ impl Stage {
         let straight = home.then(place::ahead(Vec3::ZERO, SCREEN_M));
         match screen {
             Screen::Blank => out.quads.extend(self.blank.quads(&spaces.room, straight, false)),
-            Screen::Stimulus { presentation, show, stimulus, reference, .. } => {
+            Screen::Stimulus { presentation, show, stimulus, reference, frame, .. } => {
                 out.is_stimulus = true;
                 match reference {
                     Some(reference) => {
                         let eye = self.content.presentations.get(*presentation as usize).map_or(0, |p| p.eye);
-                        let still = self.pictures.pairs.get(&(*reference, *stimulus, eye));
-                        self.pair(still.ok_or_else(|| board::unknown(screen))?, home, spaces, out);
+                        let shot = self.pictures.pairs.get(&(*reference, *stimulus, eye));
+                        let shown = shot.and_then(|shot| self.pair(shot, *frame, home, spaces, out));
+                        shown.ok_or_else(|| board::unknown(screen))?;
                     }
                     None => {
-                        let still = self.pictures.stereo.get(*stimulus as usize);
-                        self.stereo(still.ok_or_else(|| board::unknown(screen))?, home, spaces, out);
+                        let shot = self.pictures.stereo.get(*stimulus as usize);
+                        let shown = shot.and_then(|shot| self.stereo(shot, *frame, home, spaces, out));
+                        shown.ok_or_else(|| board::unknown(screen))?;
                     }
                 }
                 if let Some(sign) = self.signs.iter().find(|s| s.show == *show) {
@@ -196,36 +198,54 @@ impl Stage {
         }
     }
 
-    /// Both eyes see one flat picture at zero disparity.
-    fn pair<'a>(&self, still: &'a Still, home: Pose, spaces: &'a Spaces, out: &mut Layers<'a>) {
+    /// Both eyes see one flat picture at zero disparity. None: there is no such frame.
+    fn pair<'a>(
+        &self,
+        shot: &'a Shot,
+        frame: u32,
+        home: Pose,
+        spaces: &'a Spaces,
+        out: &mut Layers<'a>,
+    ) -> Option<()> {
         let (space, from) = self.anchor(home, spaces);
         let pose = from.then(place::ahead(Vec3::ZERO, SCREEN_M));
-        let size = place::size_m(still.width_deg, still.aspect, SCREEN_M);
-        out.quads.push(quad(&still.texture, 0, xr::EyeVisibility::BOTH, space, pose, size));
+        let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);
+        let (texture, layer) = shot.picture(frame, 0)?;
+        out.quads.push(quad(texture, layer, xr::EyeVisibility::BOTH, space, pose, size));
+        Some(())
     }
 
-    /// Each eye sees its own picture, centred on its own axis.
-    fn stereo<'a>(&self, still: &'a Still, home: Pose, spaces: &'a Spaces, out: &mut Layers<'a>) {
+    /// Each eye sees its own picture, centred on its own axis. None: there is no such frame.
+    fn stereo<'a>(
+        &self,
+        shot: &'a Shot,
+        frame: u32,
+        home: Pose,
+        spaces: &'a Spaces,
+        out: &mut Layers<'a>,
+    ) -> Option<()> {
+        let pictures = [shot.picture(frame, 0)?, shot.picture(frame, 1)?];
         let (space, from) = self.anchor(home, spaces);
         if self.content.geometry == Geometry::Projection {
-            let half_x = (still.width_deg / 2.0).to_radians() as f32;
-            let half_y = (place::vertical_deg(still.width_deg, still.aspect) / 2.0).to_radians() as f32;
+            let half_x = (shot.width_deg / 2.0).to_radians() as f32;
+            let half_y = (place::vertical_deg(shot.width_deg, shot.aspect) / 2.0).to_radians() as f32;
             let fov = xr::Fovf { angle_left: -half_x, angle_right: half_x, angle_up: half_y, angle_down: -half_y };
             let view = |eye: usize| {
                 let at = Pose { position: self.eyes[eye].pose.position, ..Pose::IDENTITY };
                 xr::CompositionLayerProjectionView::new()
                     .pose(from.then(at).xr())
                     .fov(fov)
-                    .sub_image(still.texture.layer(eye as u32))
+                    .sub_image(pictures[eye].0.layer(pictures[eye].1))
             };
             out.projections.push((space, [view(0), view(1)]));
-            return;
+            return Some(());
         }
-        let size = place::size_m(still.width_deg, still.aspect, SCREEN_M);
-        for ((layer, visible_to), eye) in EYES.into_iter().zip(&self.eyes) {
+        let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);
+        for (((texture, layer), (_, visible_to)), eye) in pictures.into_iter().zip(EYES).zip(&self.eyes) {
             let pose = from.then(place::ahead(eye.pose.position, SCREEN_M));
-            out.quads.push(quad(&still.texture, layer, visible_to, space, pose, size));
+            out.quads.push(quad(texture, layer, visible_to, space, pose, size));
         }
+        Some(())
     }
 }
 

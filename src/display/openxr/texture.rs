@@ -20,6 +20,7 @@ pub(super) struct Texture {
     swapchain: xr::Swapchain<xr::Vulkan>,
     width: u32,
     height: u32,
+    layers: u32,
 }
 
 /// Size and life of a texture.
@@ -65,7 +66,7 @@ impl Texture {
         // SAFETY: the runtime made these images on our device as the create info says; the swapchain, which owns them,
         // is dropped after them (declaration order).
         let lend = |image: u64| unsafe { Image::lent(gpu, vk::Image::from_raw(image), desc) };
-        Ok(Texture { images: raw.into_iter().map(lend).collect(), swapchain, width, height })
+        Ok(Texture { images: raw.into_iter().map(lend).collect(), swapchain, width, height, layers })
     }
 
     /// A still: `layers[l]` are the RGBA bytes of layer l. Written once, with its smaller levels.
@@ -107,6 +108,11 @@ impl Texture {
     /// Pixels.
     pub fn extent(&self) -> (u32, u32) {
         (self.width, self.height)
+    }
+
+    /// How many layers it has.
+    pub fn layers(&self) -> u32 {
+        self.layers
     }
 
     /// The whole of one layer.

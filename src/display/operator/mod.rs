@@ -137,8 +137,10 @@ impl<D: Display> Display for Mirrored<D> {
 
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
         self.display.present(screen)?;
-        if *screen != self.seen.screen || self.told.elapsed() > EVERY {
-            self.seen.screen = screen.clone();
+        // The window shows the first frame of what moves.
+        let screen = screen.first_frame();
+        if screen != self.seen.screen || self.told.elapsed() > EVERY {
+            self.seen.screen = screen;
             self.told = Instant::now();
             self.tell(Told::Seen(Box::new(self.seen.clone())));
         }

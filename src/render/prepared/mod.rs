@@ -15,7 +15,7 @@ use glam::DAffine3;
 
 use crate::console::Interrupted;
 use crate::gpu::{Gpu, GpuError, PassTime};
-use crate::scene::{Scene, StereoCamera};
+use crate::scene::{HeadPath, Scene, StereoCamera, View};
 
 use super::accumulate::AccumulatePass;
 use super::ao::{Ao, AoPass};
@@ -254,6 +254,18 @@ impl Prepared {
         self.camera = *camera;
         self.lit.set(false);
         self.update();
+    }
+
+    /// The moment of a frame of `path`, which begins in `view`: what moves by itself, the eyes, and random numbers of its
+    /// own.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn follow(&mut self, path: &HeadPath, view: &View, seed: u32, frame: u32) -> Result<(), GpuError> {
+        self.set_time(path.time_of(frame))?;
+        self.set_camera(&path.view(view, frame).stereo_camera(self.settings.aspect()));
+        self.set_seed(seed, frame);
+        Ok(())
     }
 
     /// Places everything that moves by itself at `time_s`. What was gathered once a scene, baked light and the probe, stays

@@ -26,6 +26,9 @@ pub struct Cross {
     /// Views; none: each scene's first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub view: Vec<String>,
+    /// Paths of the head, which make the stimuli move; none: stills.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<String>,
     /// Eyes (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub eye: Vec<EyeName>,
@@ -67,6 +70,10 @@ pub struct ConditionSpec {
     /// View name; none: the scene's first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<String>,
+    /// The path that the head follows, one of the scene's or of those that every scene has (`still`, `sway`, `cut`); the
+    /// stimulus moves at the path's own rate. None: a still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
     /// Which eye's image (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eye: Option<EyeName>,
@@ -84,7 +91,13 @@ impl ConditionSpec {
     /// Factor → level, as the journal and the analysis name them.
     pub fn factors(&self) -> BTreeMap<String, String> {
         let eye = self.eye.map(|e| e.name().to_owned());
-        let optional = [("view", &self.view), ("eye", &eye), ("other", &self.other), ("reference", &self.reference)];
+        let optional = [
+            ("view", &self.view),
+            ("path", &self.path),
+            ("eye", &eye),
+            ("other", &self.other),
+            ("reference", &self.reference),
+        ];
         [("scene", self.scene.clone()), ("method", self.method.clone())]
             .into_iter()
             .chain(optional.into_iter().filter_map(|(name, level)| Some((name, level.clone()?))))

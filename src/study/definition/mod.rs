@@ -152,12 +152,15 @@ impl Definition {
         let mut out = Vec::new();
         for scene in &cross.scene {
             for view in levels(&cross.view) {
-                for eye in levels(&cross.eye) {
-                    for method in &cross.method {
-                        for other in levels(&cross.other) {
-                            let (scene, method) = (scene.clone(), method.clone());
-                            let (view, reference) = (view.clone(), cross.reference.clone());
-                            out.push(ConditionSpec { scene, view, eye, method, other, reference });
+                for path in levels(&cross.path) {
+                    for eye in levels(&cross.eye) {
+                        for method in &cross.method {
+                            for other in levels(&cross.other) {
+                                let (scene, method) = (scene.clone(), method.clone());
+                                let (view, path) = (view.clone(), path.clone());
+                                let reference = cross.reference.clone();
+                                out.push(ConditionSpec { scene, view, path, eye, method, other, reference });
+                            }
                         }
                     }
                 }

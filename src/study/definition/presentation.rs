@@ -183,6 +183,9 @@ pub struct Validity {
     /// A toggle is off by more than this and than `toggle_frames`, milliseconds.
     #[schemars(range(min = 0, max = 60000))]
     pub toggle_ms: f64,
+    /// More of the frames of a moving stimulus that were due were never displayed, percent.
+    #[schemars(range(min = 0, max = 100))]
+    pub skipped_percent: f64,
     /// How often an invalid presentation is repeated; then it is missing.
     #[schemars(range(min = 0, max = 10))]
     pub repeats: u32,
@@ -196,6 +199,7 @@ impl Default for Validity {
             duration_percent: 1.0,
             toggle_frames: 2.0,
             toggle_ms: 25.0,
+            skipped_percent: 2.0,
             repeats: 2,
         }
     }

@@ -1,8 +1,9 @@
 //! Frames come: phases are counted, and what follows begins with the frame after their last.
 
-use cyclopean_analysis::journal::record::Record;
+use cyclopean_analysis::journal::record::{Record, Shown};
 
 use super::machine::{AfterBlank, Clock, Current, Machine, State};
+use super::setup::Setup;
 use super::timing::{FrameRun, Timing};
 use super::{Action, Screen};
 
@@ -30,11 +31,19 @@ impl Machine {
         let run = FrameRun { count, first_ns, last_ns, steps, inner_steps, seen, rendered };
         match &mut self.state {
             State::Showing { clock, segment, timing } => {
+                let spec = self.setup.segments[*segment];
                 if clock.elapsed.is_none() {
-                    timing.open(self.setup.segments[*segment], first_ns);
+                    timing.open(spec, first_ns);
                 }
                 clock.add(&run);
                 timing.frames(run);
+                let Some(current) = self.current else { return };
+                if let Some(film) = self.setup.film_of(current.presentation, spec.show) {
+                    let frame = self.setup.film_frame(film, clock.elapsed.unwrap_or(0));
+                    if timing.film_frame(frame, &run) && frame > 0 {
+                        out.push(Action::Show(stimulus_screen(&self.setup, current, spec.show, frame)));
+                    }
+                }
             }
             State::Panel { clock, opened_ns, .. } => {
                 if clock.elapsed.is_none() && clock.asked == self.setup.reminder_frames {
@@ -82,16 +91,13 @@ impl Machine {
         let Some(current) = self.current else { return };
         let spec = self.setup.segments[segment];
         self.state = State::Showing { clock: Clock::new(spec.frames), segment, timing };
-        out.push(Action::Show(match self.setup.stimulus(current.presentation, spec.show) {
-            None => Screen::Blank,
-            Some((stimulus, reference)) => Screen::Stimulus {
-                presentation: current.presentation,
-                attempt: current.attempt,
-                show: spec.show,
-                stimulus,
-                reference,
-            },
-        }));
+        out.push(Action::Show(stimulus_screen(&self.setup, current, spec.show, 0)));
+    }
+
+    /// A film is under way in this segment, so that coming frames change what is shown.
+    pub(super) fn plays(&self, segment: usize, timing: &Timing) -> bool {
+        let film = self.current.and_then(|c| self.setup.film_of(c.presentation, self.setup.segments[segment].show));
+        film.is_some_and(|film| !timing.film_is_over(segment, film))
     }
 
     pub(super) fn finish_showing(&mut self, timing: Timing, at_ns: u64, steps: u64, out: &mut Vec<Action>) {
@@ -121,5 +127,14 @@ impl Machine {
         if let Some(Current { presentation, attempt, .. }) = self.current {
             out.push(Action::Show(Screen::Panel { presentation, attempt, chosen, reminder }));
         }
+    }
+}
+
+/// What stands while a segment is shown.
+fn stimulus_screen(setup: &Setup, current: Current, show: Shown, frame: u32) -> Screen {
+    let Current { presentation, attempt, .. } = current;
+    match setup.stimulus(presentation, show) {
+        None => Screen::Blank,
+        Some((stimulus, reference)) => Screen::Stimulus { presentation, attempt, show, stimulus, reference, frame },
     }
 }

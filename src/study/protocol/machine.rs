@@ -1,5 +1,7 @@
 //! The states and what each event does to them.
 
+use cyclopean_analysis::journal::record::Film;
+
 use super::queue::Queue;
 use super::setup::{Setup, Stage};
 use super::timing::{FrameRun, Timing};
@@ -125,6 +127,12 @@ impl Machine {
         }
     }
 
+    /// The same, with what is known of the stimuli: which of them move.
+    pub fn with_films(mut self, films: Vec<Option<Film>>) -> Machine {
+        self.setup.films = films;
+        self
+    }
+
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
@@ -141,6 +149,8 @@ impl Machine {
     /// Coming frames that change nothing unless somebody does something; `u64::MAX`: any number.
     pub fn idle_frames(&self) -> u64 {
         match &self.state {
+            // A film may change with every frame.
+            State::Showing { segment, timing, .. } if self.plays(*segment, timing) => 0,
             State::Blank { clock, .. } | State::Showing { clock, .. } | State::Panel { clock, .. } => clock.idle(),
             _ => u64::MAX,
         }

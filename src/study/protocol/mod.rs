@@ -102,6 +102,8 @@ pub enum Screen {
         stimulus: u32,
         /// The reference beside it (mirrored pair).
         reference: Option<u32>,
+        /// Which frame of a moving stimulus, from 0; 0 for a still.
+        frame: u32,
     },
     Blank,
     Panel {
@@ -111,6 +113,17 @@ pub enum Screen {
         /// The participant was silent for long.
         reminder: bool,
     },
+}
+
+impl Screen {
+    /// The same presentation of the same stimulus, whichever of its frames: what is written over it does not change.
+    pub fn first_frame(&self) -> Screen {
+        let mut first = self.clone();
+        if let Screen::Stimulus { frame, .. } = &mut first {
+            *frame = 0;
+        }
+        first
+    }
 }
 
 /// A page of text that waits for the participant.

@@ -1,6 +1,6 @@
 //! What a session is made of, all in frames: from a study, a plan and a display's nominal rate.
 
-use cyclopean_analysis::journal::record::{Planned, Question, Shown, Trust};
+use cyclopean_analysis::journal::record::{Film, Planned, Question, Shown, Trust};
 
 use crate::study::definition::{Definition, Layout, Questionnaire, Validity};
 use crate::study::plan::Plan;
@@ -77,6 +77,8 @@ pub struct Setup {
     pub items: Vec<Item>,
     pub screening: Vec<ScreeningTrial>,
     pub presentations: Vec<Planned>,
+    /// By stimulus: its frames where it moves. Stimuli beyond the list are stills.
+    pub films: Vec<Option<Film>>,
     pub segments: Vec<Segment>,
     /// Stimuli of a presentation begin with the reference.
     pub has_reference: bool,
@@ -122,6 +124,7 @@ impl Setup {
             items,
             screening,
             presentations: plan.presentations.clone(),
+            films: Vec::new(),
             segments: definition
                 .protocol
                 .iter()
@@ -154,6 +157,19 @@ impl Setup {
             Shown::Blank => return None,
         };
         Some((*stimuli.get(at)?, self.has_reference.then(|| stimuli[0])))
+    }
+
+    /// The frames of what a segment shows, where it moves.
+    pub fn film_of(&self, presentation: u32, show: Shown) -> Option<Film> {
+        let (stimulus, _) = self.stimulus(presentation, show)?;
+        self.films.get(stimulus as usize).copied().flatten()
+    }
+
+    /// Which frame of a film is due so many nominal display periods after its first.
+    pub fn film_frame(&self, film: Film, periods: u64) -> u32 {
+        // A film at the display's own rate changes with every period, whatever rounding says.
+        let due = (periods as f64 * film.rate_hz / self.nominal_hz + 1e-6).floor();
+        due.min(f64::from(film.frames.max(1) - 1)) as u32
     }
 }
 

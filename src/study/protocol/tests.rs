@@ -1,7 +1,7 @@
 //! Properties of the machine: under any events, at any rate, stepped or skipped.
 
 use cyclopean_analysis::journal::record::{
-    self as journal, Kind, Outcome, Presentation, Purpose, Record, Shown, Trust,
+    self as journal, Film, Kind, Outcome, Presentation, Purpose, Record, Shown, Trust,
 };
 use cyclopean_analysis::journal::{Entry, Verifier};
 use proptest::prelude::*;
@@ -454,5 +454,104 @@ proptest! {
         verify(&d, &plan, &records);
         prop_assert_eq!(answers(&records), answers(&whole));
         prop_assert_eq!(plan.presentations.iter().filter(|p| p.purpose == Purpose::Trial).count(), 8);
+    }
+}
+
+/// A study of one moving stimulus, shown for two seconds, and what every frame of it was shown as.
+fn film(film: Film, nominal_hz: f64) -> (Definition, Plan, Machine) {
+    let mut d = testing::rate(1, 1);
+    d.practice.clear();
+    let plan = Plan::draw(&d, 0);
+    let m = machine(&d, &plan, nominal_hz).with_films(vec![Some(film); plan.stimuli.len()]);
+    (d, plan, m)
+}
+
+#[test]
+fn every_frame_of_a_film_begins_when_its_rate_says() {
+    for (nominal, real, rate) in [(90.0, 90.0, 90.0), (90.0, 90.0, 30.0), (90.0, 89.97, 60.0), (120.0, 120.0, 24.0)] {
+        let frames = (rate * 1.5) as u32;
+        let (d, plan, m) = film(Film { rate_hz: rate, frames }, nominal);
+        let display = Headless::new(real, 0, observer(&d, &plan, &m)).with_nominal_hz(nominal);
+        let records = drive(m.clone(), &mut display.stepping());
+        verify(&d, &plan, &records);
+        let skipping = Headless::new(real, 0, observer(&d, &plan, &m)).with_nominal_hz(nominal);
+        assert_eq!(drive(m, &mut { skipping }), records, "{nominal} Hz, a film of {rate}");
+        let p = presentations(&records)[0];
+        assert!(p.invalid.is_empty(), "{:?}", p.invalid);
+        let segment = &p.segments[0];
+        assert_eq!((segment.frames_asked, segment.frames_shown), ((2.0 * nominal) as u64, (2.0 * nominal) as u64));
+        assert_eq!(segment.film_onsets_ns.len(), frames as usize);
+        for (frame, onset) in segment.film_onsets_ns.iter().enumerate() {
+            // The first display frame at or after its time; a display that is a little slow shows all of them later.
+            let due = (frame as f64 * nominal / rate - 1e-6).ceil() / real * 1e9;
+            let at = (onset.expect("each was displayed") - segment.first_ns) as f64;
+            assert!((at - due).abs() < 2.0, "{nominal} Hz, frame {frame} of a film of {rate}: {at} instead of {due}");
+        }
+    }
+}
+
+/// Shows display frames at 90 Hz until the stimulus is over, without those whose number (from the stimulus's first) is in
+/// `missed`; gives what was shown in each, and the record.
+fn show_film(missed: std::ops::Range<u64>, rate_hz: f64) -> (Vec<(u64, u32)>, Presentation) {
+    let (_, _, mut m) = film(Film { rate_hz, frames: 1000 }, 90.0);
+    let (mut now, period) = (0, 11_111_111);
+    m.start(0);
+    let (mut shown, mut first, mut screen) = (Vec::new(), None, Screen::Blank);
+    m.handle(0, Event::Input(Input::Continue));
+    loop {
+        now += period;
+        let number = first.map(|first: u64| (now - first) / period);
+        if number.is_some_and(|n| missed.contains(&n)) {
+            continue;
+        }
+        for action in m.handle(now, Event::Frame { at_ns: now, rendered: true }) {
+            match action {
+                Action::Write(Record::Presentation(p)) => return (shown, p),
+                Action::Show(next) => screen = next,
+                _ => {}
+            }
+        }
+        if let Screen::Stimulus { frame, .. } = screen {
+            let first = *first.get_or_insert(now);
+            shown.push(((now - first) / period, frame));
+        }
+    }
+}
+
+#[test]
+fn a_film_goes_on_in_time_when_the_display_misses_frames() {
+    let (shown, p) = show_film(50..54, 90.0);
+    // Which frame is shown follows from the time alone.
+    assert!(shown.iter().all(|(number, frame)| u64::from(*frame) == *number), "{shown:?}");
+    let onsets = &p.segments[0].film_onsets_ns;
+    let never: Vec<usize> = (0..onsets.len()).filter(|i| onsets[*i].is_none()).collect();
+    assert_eq!((onsets.len(), never), (180, vec![50, 51, 52, 53]));
+    // 4 of 180 are 2.2 %: more than the two that a study accepts by default.
+    assert_eq!(p.invalid, ["4 of 180 frames of the moving stimulus were never displayed"]);
+    let (_, p) = show_film(50..53, 90.0);
+    assert!(p.invalid.is_empty(), "{:?}", p.invalid);
+    // A film of half the rate loses two frames of ninety.
+    let (_, p) = show_film(50..54, 45.0);
+    let onsets = &p.segments[0].film_onsets_ns;
+    assert_eq!((onsets.len(), onsets.iter().filter(|o| o.is_none()).count()), (90, 2));
+}
+
+#[test]
+fn the_last_frame_of_a_film_stands_and_each_segment_begins_it_anew() {
+    let mut d = testing::compare(2, 1);
+    d.practice.clear();
+    let plan = Plan::draw(&d, 0);
+    let films = vec![Some(Film { rate_hz: 30.0, frames: 45 }); plan.stimuli.len()];
+    let m = machine(&d, &plan, 90.0).with_films(films);
+    let display = Headless::new(90.0, 0, observer(&d, &plan, &m));
+    let records = drive(m, &mut { display });
+    for p in presentations(&records) {
+        assert!(p.invalid.is_empty(), "{:?}", p.invalid);
+        for segment in &p.segments {
+            // 1.25 seconds hold 38 frames, 2.5 seconds all 45.
+            let held = if segment.frames_asked < 200 { 38 } else { 45 };
+            assert_eq!(segment.film_onsets_ns.len(), held);
+            assert_eq!(segment.film_onsets_ns[0], Some(segment.first_ns));
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What a presentation's frames say about it: when, how exactly, and whether it counts.
 
-use cyclopean_analysis::journal::record::{Presentation, Segment as Logged};
+use cyclopean_analysis::journal::record::{Film, Presentation, Segment as Logged};
 
 use super::setup::{Segment, Setup};
 
@@ -42,7 +42,26 @@ impl Timing {
             frames_shown: 0,
             first_ns: at_ns,
             last_ns: at_ns,
+            film_onsets_ns: Vec::new(),
         });
+    }
+
+    /// Notes which frame of a film these display frames show; true where it is a later one than before.
+    pub fn film_frame(&mut self, frame: u32, run: &FrameRun) -> bool {
+        let Some(segment) = self.segments.last_mut() else { return false };
+        let onsets = &mut segment.film_onsets_ns;
+        let is_new = frame as usize >= onsets.len();
+        // What the runtime does not draw is not seen: the frame begins with the next display frame that is drawn.
+        if is_new && run.rendered {
+            onsets.resize(frame as usize, None);
+            onsets.push(Some(run.first_ns));
+        }
+        is_new
+    }
+
+    /// The last frame of the film that this segment shows stands on the display.
+    pub fn film_is_over(&self, segment: usize, film: Film) -> bool {
+        self.segments.get(segment).is_some_and(|s| s.film_onsets_ns.len() >= film.frames as usize)
     }
 
     /// `count` frames from `first_ns` to `last_ns`, `steps` nominal periods after the frame before.
@@ -106,6 +125,17 @@ impl Timing {
                 break;
             }
             due_ms += segment.frames_asked as f64 * period_ms;
+        }
+        let (mut due, mut skipped) = (0, 0);
+        for segment in &self.segments {
+            if let Some(film) = setup.film_of(key.0, segment.show) {
+                let frames = setup.film_frame(film, segment.frames_asked.max(1) - 1) as usize + 1;
+                due += frames;
+                skipped += frames - segment.film_onsets_ns.iter().take(frames).flatten().count();
+            }
+        }
+        if 100.0 * skipped as f64 > v.skipped_percent * due as f64 {
+            invalid.push(format!("{skipped} of {due} frames of the moving stimulus were never displayed"));
         }
         if self.rate_changed {
             invalid.push("the refresh rate changed".to_owned());

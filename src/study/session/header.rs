@@ -31,6 +31,7 @@ pub(super) fn stimulus_record(id: u32, stored: &Stored) -> record::Stimulus {
         scene_sha256: side_car.info.scene_sha256.clone(),
         shaders_sha256: side_car.info.shaders_sha256.clone(),
         renderer: Some(side_car.info.renderer.clone()),
+        film: side_car.info.film,
     }
 }
 

@@ -14,6 +14,7 @@ use cyclopean_analysis::journal::record::{self, Kind, Outcome, Record};
 
 use super::disk::Disk;
 use super::observer::{ObserverError, SimulatedObserver};
+use super::definition::Definition;
 use super::plan::Plan;
 use super::poses::{PoseWriter, PosesError};
 use super::protocol::{Machine, Setup};
@@ -49,6 +50,10 @@ pub enum SessionError {
         "the display runs at {measured:.1} Hz, nominal {nominal:.1}: its compositor is at a reduced rate. Close other programs, or lower the resolution"
     )]
     ReducedRate { measured: f64, nominal: f64 },
+    #[error(
+        "{label} has {rate_hz} frames a second, the display {display_hz}: frames would be left out. Use a display of {rate_hz} Hz or more, or a path with a lower rate"
+    )]
+    FilmRate { label: String, rate_hz: f64, display_hz: f64 },
     #[error("{}: {what}", journal.display())]
     Resume { journal: PathBuf, what: String },
     #[error(transparent)]
@@ -125,6 +130,7 @@ impl Session {
         let definition = &study.definition;
         let any_plan = Plan::draw(definition, 0);
         let stored = find_all(study, store, &any_plan)?;
+        check_films(&stored, definition, display)?;
         if options.kind == Kind::Simulated {
             // What would fail for lack of a latent quality fails before a row is reserved.
             let inconsistency: Vec<Option<f64>> = stored.iter().map(|s| s.side_car.info.inconsistency).collect();
@@ -153,7 +159,7 @@ impl Session {
             true => Some(PoseWriter::create(&options.disk, &place.journal, &definition.id, &place.session)?),
             false => None,
         };
-        let machine = Machine::new(setup(study, &plan, display));
+        let machine = Machine::new(setup(study, &plan, display)).with_films(films(&stored));
         Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: None, over: None })
     }
 
@@ -199,6 +205,7 @@ impl Session {
                 return Err(SessionError::Resume { journal: place.journal, what });
             }
         }
+        let machine = machine.with_films(films(&stored));
         let gap = Gap { ms: (chrono::Utc::now() - writer.last_wall()).num_milliseconds(), cut_bytes };
         let resumed = record::Resume { gap_ms: gap.ms, cut_bytes, program: program() };
         writer.append(writer.last_ns() + 1, Record::Resume(resumed))?;
@@ -263,6 +270,36 @@ pub fn token() -> String {
 
 pub(super) fn setup(study: &Study, plan: &Plan, display: &DisplayInfo) -> Setup {
     Setup::new(&study.definition, plan, display.nominal_hz, display.trust, display.arcsec_per_px)
+}
+
+/// By stimulus: its frames where it moves.
+fn films(stored: &[Stored]) -> Vec<Option<record::Film>> {
+    stored.iter().map(|s| s.side_car.info.film).collect()
+}
+
+/// Refuses moving stimuli that are faster than the display, and says which of them do not look even or end early.
+fn check_films(stored: &[Stored], definition: &Definition, display: &DisplayInfo) -> Result<(), SessionError> {
+    for Stored { side_car, .. } in stored {
+        let Some(film) = side_car.info.film else { continue };
+        let label = side_car.request.label();
+        let (rate_hz, display_hz) = (film.rate_hz, display.nominal_hz);
+        // A display of 59.94 Hz shows 60 frames a second.
+        if rate_hz > 1.005 * display_hz {
+            return Err(SessionError::FilmRate { label, rate_hz, display_hz });
+        }
+        let each = display_hz / rate_hz;
+        if (each - each.round()).abs() > 0.005 * each {
+            tracing::warn!(
+                "{label} has {rate_hz} frames a second, the display {display_hz}: some frames stand longer than others"
+            );
+        }
+        let (shown_s, lasts_s) = (side_car.request.seconds.unwrap_or(0.0), f64::from(film.frames) / rate_hz);
+        if lasts_s + 1.0 / rate_hz < shown_s {
+            let study = &definition.id;
+            tracing::warn!("{label} moves for {lasts_s:.1} s, study {study} shows it for {shown_s:.1} s: its last frame stands");
+        }
+    }
+    Ok(())
 }
 
 fn find_all(study: &Study, store: &Store, plan: &Plan) -> Result<Vec<Stored>, SessionError> {

@@ -54,7 +54,7 @@ impl Session {
             .stored
             .iter()
             .map(|s| StimulusFiles {
-                sbs_png: s.folder.join(STIMULUS_FILES[0]),
+                frames: s.frame_paths(),
                 exr: s.folder.join(STIMULUS_FILES[1]),
                 fov_deg: s.side_car.info.horizontal_fov_deg,
             })
