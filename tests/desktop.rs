@@ -320,6 +320,58 @@ fn the_recommended_study_with_consent_questionnaires_and_stereograms() {
 }
 
 #[test]
+fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
+    let Some(desk) = Desk::new("moving") else { return };
+    let mut study = short("motion");
+    study["conditions"]["cross"]["method"] = serde_json::json!(["stereo"]);
+    study["analysis"]["contrasts"] = serde_json::json!([]);
+    study["repetitions"] = 1.into();
+    study["practice"] = serde_json::json!([]);
+    // The film moves for 0.6 seconds and stands for the rest of them.
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 6.0}]);
+    study["validity"]["skipped_percent"] = 100.into();
+    let lab = lab(&study);
+    let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "left"]);
+    sitting.turn("instructions");
+    until("the presentation begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 1);
+    // The white disc sinks from the middle of the left eye's reddish picture to where the last frame has it.
+    let last = f64::from((desk::FILM.frames - 1) * desk::SINKS_PX) / f64::from(desk::STILL.1);
+    until("the last frame stands", || {
+        let picture = desk.picture("film");
+        let rows = |is: &dyn Fn([u8; 3]) -> bool| -> Vec<f64> {
+            picture.enumerate_pixels().filter(|(_, _, p)| is(p.0)).map(|(_, y, _)| f64::from(y)).collect()
+        };
+        let (red, white) = (rows(&|c| c[0] > c[2] + 60), rows(&|c| c.iter().all(|v| *v > 220)));
+        let top = red.iter().copied().fold(f64::INFINITY, f64::min);
+        let height = red.iter().copied().fold(0.0, f64::max) + 1.0 - top;
+        if white.len() < 900 || height < 100.0 {
+            return false;
+        }
+        let disc = white.iter().sum::<f64>() / white.len() as f64 + 0.5;
+        ((disc - top) / height - 0.5 - last).abs() < 0.01
+    });
+    sitting.press_until("1", "the choice is taken", |r| matches!(r, Record::Change(_)));
+    sitting.press_until("Return", "the answer is confirmed", |r| matches!(r, Record::Answer(_)));
+    sitting.turn("thanks");
+    let entries = sitting.end();
+    let shown: Vec<_> = entries
+        .iter()
+        .filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None })
+        .collect();
+    let [p] = shown[..] else { panic!("{shown:?}") };
+    let segment = &p.segments[0];
+    assert_eq!(segment.film_onsets_ns.len(), desk::FILM.frames as usize);
+    assert_eq!(segment.film_onsets_ns[0], Some(segment.first_ns));
+    for (frame, onset) in segment.film_onsets_ns.iter().enumerate() {
+        let Some(onset) = onset else { continue };
+        // Never early, and late by what the machine missed at the most.
+        let due = frame as f64 * 1e9 / desk::FILM.rate_hz;
+        let late_ms = ((onset - segment.first_ns) as f64 - due) / 1e6;
+        assert!((-1.0..p.longest_gap_ms + 20.0).contains(&late_ms), "frame {frame} is {late_ms} ms late");
+    }
+}
+
+#[test]
 fn a_window_killed_while_a_stimulus_stands_is_taken_up_again() {
     let Some(desk) = Desk::new("killed") else { return };
     let lab = lab(&short("consistency"));

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::sha256_hex;
-use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
-use cyclopean_analysis::journal::record::{Kind, Outcome, Record, Trust};
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
+use cyclopean_analysis::journal::record::{Film, Kind, Outcome, Record, Trust};
 use cyclopean_analysis::journal::{SessionVotes, collect};
 use lab::{Lab, rate};
 use xr::journal::Tail;
@@ -360,6 +360,13 @@ const MARKS_PX: (u32, u32) = (480, 360);
 /// Centres of the squares, texels.
 const MARKS: [(u32, u32); 5] = [(240, 180), (60, 60), (420, 60), (60, 300), (330, 240)];
 
+/// The frames of a stimulus along a path; each moves the marks down.
+const FILM: Film = Film { rate_hz: 2.0, frames: 7 };
+
+fn marks(frame: u32) -> [(u32, u32); 5] {
+    MARKS.map(|(x, y)| (x, y + 8 * frame))
+}
+
 impl StimulusRenderer for Marks {
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
         Ok(sha256_hex(serde_json::to_string(request)?.as_bytes()))
@@ -369,19 +376,23 @@ impl StimulusRenderer for Marks {
         let (width, height) = MARKS_PX;
         // Left red, right blue; the other method has them darker.
         let light = if request.method == "sssr" { 250 } else { 150 };
-        let picture = image::RgbImage::from_fn(2 * width, height, |x, y| {
-            let (right, x) = (x >= width, x % width);
-            let is_mark = MARKS.iter().any(|(mx, my)| x.abs_diff(*mx) < 4 && y.abs_diff(*my) < 4);
-            match (is_mark, right) {
-                (true, false) => image::Rgb([light, 0, 0]),
-                (true, true) => image::Rgb([0, 0, light]),
-                _ => image::Rgb([70, 70, 70]),
-            }
-        });
-        picture.save(into.join("sbs.png"))?;
+        let film = request.path.as_ref().map(|_| FILM);
+        for frame in 0..film.map_or(1, |film| film.frames) {
+            let picture = image::RgbImage::from_fn(2 * width, height, |x, y| {
+                let (right, x) = (x >= width, x % width);
+                let is_mark = marks(frame).iter().any(|(mx, my)| x.abs_diff(*mx) < 4 && y.abs_diff(*my) < 4);
+                match (is_mark, right) {
+                    (true, false) => image::Rgb([light, 0, 0]),
+                    (true, true) => image::Rgb([0, 0, light]),
+                    _ => image::Rgb([70, 70, 70]),
+                }
+            });
+            picture.save(into.join(frame_file(frame)))?;
+        }
         exr::prelude::write_rgb_file(into.join("stereo.exr"), 4, 4, |_, _| (0.0_f32, 0.0_f32, 0.0_f32))?;
         let horizontal_fov_deg = request.horizontal_fov_deg;
-        Ok(StimulusInfo { renderer: "marks".to_owned(), samples: 1, horizontal_fov_deg, ..StimulusInfo::default() })
+        let renderer = "marks".to_owned();
+        Ok(StimulusInfo { renderer, samples: 1, horizontal_fov_deg, film, ..StimulusInfo::default() })
     }
 }
 
@@ -475,15 +486,8 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     let mut shown = show(study, "stereo");
     std::thread::sleep(Duration::from_secs(5));
     let seen = shown.window.keep("stereo-stimulus");
-    // Sixty degrees across, straight ahead of each eye: no shift by its place in the head.
-    let half = 30f64.to_radians().tan();
-    let mark = |eye: usize| {
-        let tan =
-            |(x, y): (u32, u32)| ((f64::from(x) / 240.0 - 1.0) * half, (f64::from(y) / 180.0 - 1.0) * half * 0.75);
-        MARKS.iter().map(|m| in_window(eye, tan(*m))).collect::<Vec<_>>()
-    };
-    assert_spots("left", mark(0), spots(&seen, red));
-    assert_spots("right", mark(1), spots(&seen, blue));
+    assert_spots("left", marks_in_window(0, 0), spots(&seen, red));
+    assert_spots("right", marks_in_window(1, 0), spots(&seen, blue));
     let choice = |_: u32, _: u32| 2;
     let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
     participant.until(|r| matches!(r, Record::Presentation(_)).then_some(()));
@@ -503,6 +507,49 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     shown.window.until("stereo-panel-centred", "a centred view that is the same view as before", |now| {
         xr::window::same_view(&panel, now)
     });
+}
+
+/// Where an eye sees the marks of a frame that spans sixty degrees, straight ahead of it: no shift by its place in the
+/// head.
+fn marks_in_window(eye: usize, frame: u32) -> Vec<(f64, f64)> {
+    let half = 30f64.to_radians().tan();
+    let tan = |(x, y): (u32, u32)| ((f64::from(x) / 240.0 - 1.0) * half, (f64::from(y) / 180.0 - 1.0) * half * 0.75);
+    marks(frame).iter().map(|mark| in_window(eye, tan(*mark))).collect()
+}
+
+#[test]
+fn a_moving_stimulus_plays_before_each_eye_and_its_last_frame_stands() {
+    if !xr::is_there() {
+        return;
+    }
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 8.0}]);
+    study["blank"]["seconds"] = 2.0.into();
+    study["conditions"] = serde_json::json!({"list": [{"scene": "pica", "path": "sway", "method": "sssr"}]});
+    study["validity"] = serde_json::json!({"skipped_percent": 100});
+    let shown = show(study, "film");
+    let stands = |name: &str, frame: u32| {
+        let is_there = |eye: usize, seen: Vec<(f64, f64)>| {
+            let expected = marks_in_window(eye, frame);
+            let near = |(x, y): &(f64, f64)| seen.iter().any(|s| (s.0 - x).abs() <= 1.0 && (s.1 - y).abs() <= 1.0);
+            seen.len() == expected.len() && expected.iter().all(near)
+        };
+        shown.window.until(name, &format!("frame {frame} before both eyes"), |now| {
+            is_there(0, spots(now, red)) && is_there(1, spots(now, blue))
+        });
+    };
+    stands("film-middle", 3);
+    stands("film-last", FILM.frames - 1);
+    let choice = |_: u32, _: u32| 2;
+    let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
+    let p = participant.until(|r| if let Record::Presentation(p) = r { Some(p.clone()) } else { None });
+    let segment = &p.segments[0];
+    assert_eq!(segment.film_onsets_ns.len(), FILM.frames as usize, "{p:?}");
+    for (frame, onset) in segment.film_onsets_ns.iter().enumerate() {
+        let Some(onset) = onset else { continue };
+        let late_ms = (onset - segment.first_ns) as f64 / 1e6 - frame as f64 * 1e3 / FILM.rate_hz;
+        assert!((-1.0..p.longest_gap_ms + 5.0).contains(&late_ms), "frame {frame} is {late_ms} ms late: {p:?}");
+    }
 }
 
 #[test]

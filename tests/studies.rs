@@ -12,12 +12,12 @@ use cyclopean::study::store::Store;
 use cyclopean::study::writer::Durability;
 use cyclopean::study::{Plan, schema, validate};
 use cyclopean_analysis::journal::collect;
-use cyclopean_analysis::journal::record::{Kind, Purpose, Record, Side};
+use cyclopean_analysis::journal::record::{Film, Kind, Presentation, Purpose, Record, Side};
 use lab::{Lab, Painter, rate, stderr};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-const SHIPPED: [&str; 5] = ["consistency", "quality", "ablation", "recommended", "example-minimal"];
+const SHIPPED: [&str; 6] = ["consistency", "quality", "ablation", "recommended", "motion", "example-minimal"];
 
 fn shipped(name: &str) -> validate::Study {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(format!("{name}.json"));
@@ -29,6 +29,7 @@ fn whole_catalogue() -> Catalogue {
     let methods = [
         "sssr",
         "stereo",
+        "stereo-temporal",
         "path-traced",
         "unrelated",
         "stereo-no-traversal",
@@ -425,4 +426,102 @@ proptest! {
     fn any_text_is_refused_without_a_panic(text in ".{0,200}") {
         prop_assert!(validate::parse(Path::new("study.json"), text).is_err());
     }
+}
+
+/// A study of moving stimuli: two methods along `sway`, shown for half a second.
+fn moving() -> Value {
+    let mut study = rate(&["pica"], 1);
+    study["protocol"] = json!([{"show": "stimulus", "seconds": 0.5}]);
+    study["conditions"] = json!({"cross": {"scene": ["pica"], "path": ["sway"], "method": ["sssr", "stereo"]}});
+    study["practice"] = json!([]);
+    study["simulation"]["latent"] = json!({"sssr": 2.5, "stereo": 4.0});
+    study
+}
+
+fn presentations_of(lab: &Lab, participant: &str) -> Vec<Presentation> {
+    let shown = |record| if let Record::Presentation(p) = record { Some(p) } else { None };
+    records(lab, participant).into_iter().filter_map(shown).collect()
+}
+
+fn records(lab: &Lab, participant: &str) -> Vec<Record> {
+    let entries = cyclopean_analysis::journal::read(&lab.journal(participant, "001")).unwrap();
+    entries.map(|entry| entry.unwrap().record).collect()
+}
+
+#[test]
+fn moving_stimuli_are_prepared_shown_in_time_and_journaled() {
+    let lab = Lab::new(&moving());
+    let run = |participant: &str, more: &[&str]| {
+        lab.command(&[&["run", "study.json", "--participant", participant, "--simulate"], more].concat())
+            .output()
+            .unwrap()
+    };
+    assert!(run("p1", &["--hz", "90"]).status.success());
+    for p in presentations_of(&lab, "p1") {
+        assert!(p.invalid.is_empty(), "{:?}", p.invalid);
+        let [segment] = &p.segments[..] else { panic!("{:?}", p.segments) };
+        // 30 frames a second on a display of 90 Hz: each stands for three display frames.
+        let onsets: Vec<u64> = segment.film_onsets_ns.iter().map(|o| o.unwrap() - segment.first_ns).collect();
+        assert_eq!(onsets.len(), 15);
+        for (frame, onset) in onsets.iter().enumerate() {
+            assert!((*onset as f64 - frame as f64 * 1e9 / 30.0).abs() < 2.0, "frame {frame}: {onset}");
+        }
+    }
+    let records = records(&lab, "p1");
+    let mut films = records.iter().filter_map(|r| if let Record::Stimulus(s) = r { Some(s) } else { None });
+    assert!(films.all(|s| s.film == Some(Film { rate_hz: 30.0, frames: 15 }) && s.files.len() == 2 + 14));
+    assert!(records.iter().any(|r| matches!(r, Record::Condition(c) if c.factors["path"] == "sway")));
+
+    // A display that is slower than the film would leave frames out.
+    let slow = run("p2", &["--hz", "24"]);
+    assert_eq!(slow.status.code(), Some(1));
+    let said = stderr(&slow);
+    assert!(said.contains("along sway") && said.contains("30 frames a second") && said.contains("24"), "{said}");
+    // One whose rate is no multiple shows them all, unevenly, which is said.
+    let uneven = run("p3", &["--hz", "50"]);
+    assert!(uneven.status.success() && stderr(&uneven).contains("stand longer"), "{}", stderr(&uneven));
+    assert!(presentations_of(&lab, "p3").iter().all(|p| p.segments[0].film_onsets_ns.iter().all(Option::is_some)));
+}
+
+#[test]
+fn every_frame_of_a_moving_stimulus_is_checked() {
+    let lab = Lab::new(&moving());
+    let definition = lab.load().definition;
+    let request = &Plan::all_stimuli(&definition)[1];
+    let stored = lab.store().find(request).unwrap();
+    let frames = stored.frame_paths();
+    assert_eq!(frames.len(), 15);
+    let whole = std::fs::read(&frames[7]).unwrap();
+    let mut damaged = whole.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    for bytes in [Some(&damaged), None] {
+        match bytes {
+            Some(bytes) => std::fs::write(&frames[7], bytes).unwrap(),
+            None => std::fs::remove_file(&frames[7]).unwrap(),
+        }
+        let run = lab.command(&["run", "study.json", "--participant", "p1", "--simulate"]).output().unwrap();
+        assert_eq!(run.status.code(), Some(1));
+        assert!(stderr(&run).contains("sbs_00007.png"), "{}", stderr(&run));
+        let mut painter = Painter::default();
+        let report = prepare::prepare(&definition, &lab.store(), &mut painter, Shard::WHOLE, &mut |_, _| Ok(()));
+        assert_eq!(report.unwrap().damaged, [request.label()]);
+        assert_eq!(std::fs::read(&frames[7]).unwrap(), whole);
+    }
+}
+
+#[test]
+fn a_path_that_no_scene_has_is_named_with_those_there_are() {
+    let mut study = moving();
+    study["conditions"]["cross"]["path"] = json!(["sway", "round-trip"]);
+    let definition: Definition = serde_json::from_value(study).unwrap();
+    let problems = validate::resolve(&definition, &whole_catalogue());
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert_eq!(problems[0].path, "conditions.cross.path[1]");
+    assert!(problems[0].what.contains("`round-trip`; available: still, sway, cut"), "{problems:?}");
+    // Still stimuli ask for what they asked for before paths existed.
+    let still = shipped("example-minimal").definition;
+    let condition = &still.conditions()[0];
+    let request = serde_json::to_value(StimulusRequest::new(&still, condition, &condition.method)).unwrap();
+    assert!(request.get("path").is_none() && request.get("seconds").is_none());
 }

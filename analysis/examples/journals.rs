@@ -94,6 +94,7 @@ pub fn lines(
             scene_sha256: None,
             shaders_sha256: None,
             renderer: None,
+            film: None,
         };
         s.say(Record::Stimulus(stimulus), 1)?;
     }
@@ -136,6 +137,7 @@ pub fn lines(
             frames_shown: 1800,
             first_ns,
             last_ns: first_ns + 19_988_888_888,
+            film_onsets_ns: Vec::new(),
         };
         let shown = Presentation {
             presentation: p,

@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn no_page_names_a_method_and_every_screen_has_its_words() {
-        for name in ["consistency", "quality", "ablation", "recommended"] {
+        for name in ["consistency", "quality", "ablation", "recommended", "motion"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("studies/{name}.json"));
             let study = validate::load(&path).unwrap();
             let plan = Plan::draw(&study.definition, 3);

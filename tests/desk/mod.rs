@@ -9,7 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use cyclopean::study::sha256_hex;
-use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
+use cyclopean_analysis::journal::record::Film;
 use cyclopean_analysis::journal::{self, Entry};
 
 /// An X server with a window manager; both end with it.
@@ -152,6 +153,9 @@ pub fn until(what: &str, mut is: impl FnMut() -> bool) {
 pub struct EyePainter;
 
 pub const STILL: (u32, u32) = (320, 180);
+/// Frames of a stimulus along a path, and how far its disc moves down with each of them, pixels.
+pub const FILM: Film = Film { rate_hz: 10.0, frames: 6 };
+pub const SINKS_PX: u32 = 10;
 pub const LEFT: [u8; 3] = [200, 60, 60];
 pub const RIGHT: [u8; 3] = [60, 60, 200];
 
@@ -163,16 +167,20 @@ impl StimulusRenderer for EyePainter {
     fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
         let tell = u8::from_str_radix(&self.identity(request)?[..2], 16)? / 2;
         let (w, h) = STILL;
-        let sbs = image::RgbImage::from_fn(2 * w, h, |x, y| {
+        let film = request.path.as_ref().map(|_| FILM);
+        let picture = |frame: u32| image::RgbImage::from_fn(2 * w, h, |x, y| {
             let (eye, x) = (x / w, x % w);
             let mut color = [LEFT, RIGHT][eye as usize];
             color[1] = color[1] / 2 + tell;
             let cx = if eye == 0 { w / 4 } else { 3 * w / 4 };
-            let (dx, dy) = (x as i32 - cx as i32, y as i32 - h as i32 / 2);
+            // The disc of a film sinks.
+            let (dx, dy) = (x as i32 - cx as i32, y as i32 - (h / 2 + frame * SINKS_PX) as i32);
             image::Rgb(if dx * dx + dy * dy < 400 { [240, 240, 240] } else { color })
         });
-        sbs.save(into.join("sbs.png"))?;
+        for frame in 0..film.map_or(1, |film| film.frames) {
+            picture(frame).save(into.join(frame_file(frame)))?;
+        }
         exr::prelude::write_rgb_file(into.join("stereo.exr"), 4, 4, |_, _| (0.5_f32, 0.5_f32, 0.5_f32))?;
-        Ok(StimulusInfo { renderer: "eyes".to_owned(), samples: 1, ..StimulusInfo::default() })
+        Ok(StimulusInfo { renderer: "eyes".to_owned(), samples: 1, film, ..StimulusInfo::default() })
     }
 }

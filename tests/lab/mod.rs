@@ -7,9 +7,10 @@ use std::process::{Command, Output};
 
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::sha256_hex;
-use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest};
+use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 use cyclopean::study::store::Store;
 use cyclopean::study::validate;
+use cyclopean_analysis::journal::record::Film;
 
 /// Paints small real images whose colours follow from the request.
 #[derive(Default)]
@@ -35,6 +36,12 @@ impl StimulusRenderer for Painter {
         let sbs =
             image::RgbImage::from_fn(32, 16, |x, y| image::Rgb([byte(0), byte((x % 32) as usize), byte(y as usize)]));
         sbs.save(into.join("sbs.png"))?;
+        let film = film(request, 30.0);
+        for frame in 1..film.map_or(1, |film| film.frames) {
+            let mut other = sbs.clone();
+            other.put_pixel(0, 0, image::Rgb([frame as u8, 0, 0]));
+            other.save(into.join(frame_file(frame)))?;
+        }
         let pixel = |x: usize, _y: usize| (f32::from(byte(x % 32)), 0.5_f32, 0.25_f32);
         exr::prelude::write_rgb_file(into.join("stereo.exr"), 16, 16, pixel)?;
         Ok(StimulusInfo {
@@ -45,9 +52,16 @@ impl StimulusRenderer for Painter {
             standard_error: None,
             horizontal_fov_deg: request.horizontal_fov_deg,
             inconsistency: Some(if request.method == "sssr" { 0.2 } else { 0.0 }),
-            film: None,
+            film,
         })
     }
+}
+
+/// The frames that a stimulus along a path has: a path of one second.
+pub fn film(request: &StimulusRequest, rate_hz: f64) -> Option<Film> {
+    request.path.as_ref()?;
+    let seconds = request.seconds.expect("a moving stimulus says how long it is shown").min(1.0);
+    Some(Film { rate_hz, frames: (seconds * rate_hz).ceil() as u32 })
 }
 
 /// A folder with a study file and its stimuli prepared.

@@ -44,8 +44,8 @@ pub(crate) fn records() -> Vec<Record> {
     let stimulus = |id| {
         let (key, scene, view) = (format!("{id}"), "pica".to_owned(), "default".to_owned());
         let (files, method) = (BTreeMap::new(), "sssr".to_owned());
-        let (scene_sha256, shaders_sha256, renderer) = (None, None, None);
-        Record::Stimulus(Stimulus { id, key, scene, view, method, files, scene_sha256, shaders_sha256, renderer })
+        let (scene_sha256, shaders_sha256, renderer, film) = (None, None, None, None);
+        Record::Stimulus(Stimulus { id, key, scene, view, method, files, scene_sha256, shaders_sha256, renderer, film })
     };
     let factors = [("scene", "pica"), ("method", "stereo"), ("other", "sssr")];
     let factors = factors.into_iter().map(|(k, v)| (k.to_owned(), v.to_owned())).collect();
@@ -84,7 +84,14 @@ fn shown(presentation: u32, attempt: u32, valid: bool) -> Record {
     Record::Presentation(Presentation {
         presentation,
         attempt,
-        segments: vec![Segment { show: Shown::A, frames_asked: 9, frames_shown: 9, first_ns: 1, last_ns: 2 }],
+        segments: vec![Segment {
+            show: Shown::A,
+            frames_asked: 9,
+            frames_shown: 9,
+            first_ns: 1,
+            last_ns: 2,
+            film_onsets_ns: Vec::new(),
+        }],
         missed: 0,
         unrendered: 0,
         lost_ms: 0.0,

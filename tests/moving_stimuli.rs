@@ -1,0 +1,96 @@
+//! Moving stimuli as the real renderer makes them: the same pictures as `render --path`, frame by frame.
+#![cfg(feature = "gpu")]
+
+mod program;
+
+use program::{cyclopean, stderr};
+use serde_json::{Value, json};
+
+const FRAMES: usize = 5;
+/// Of the scene's view.
+const IPD_M: f64 = 0.063;
+
+fn study() -> Value {
+    json!({
+        "format": 1, "id": "moving", "title": "Moving", "seed": 3, "participants": 2, "task": "rate",
+        "instructions": "Look.", "question": "How much?", "labels": ["much", "little"], "scale": [1, 2],
+        // Five frames of sixty a second.
+        "protocol": [{"show": "stimulus", "seconds": FRAMES as f64 / 60.0}],
+        "blank": {"seconds": 0.1},
+        "stimuli": {"width_px": 48, "height_px": 32, "seed": 4, "shadows": false, "ipd_m": IPD_M},
+        "conditions": {"cross": {"scene": ["pica"], "path": ["sway"], "method": ["sssr", "stereo-temporal"]}},
+        "simulation": {"latent": {"sssr": 1, "stereo-temporal": 2}}
+    })
+}
+
+#[test]
+fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("study.json"), study().to_string()).unwrap();
+    let succeeds = |arguments: &[&str]| {
+        let output = cyclopean(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    };
+    succeeds(&["prepare", "study.json"]);
+    let objects = folder.path().join("store/objects");
+    let stimuli: Vec<(std::path::PathBuf, Value)> = walk(&objects, "stimulus.json")
+        .into_iter()
+        .map(|path| {
+            let side_car = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+            (path.parent().unwrap().to_owned(), side_car)
+        })
+        .collect();
+    assert_eq!(stimuli.len(), 2);
+    let picture = |path: &std::path::Path| image::open(path).unwrap().into_rgb8();
+    for (stimulus, side_car) in &stimuli {
+        assert_eq!(side_car["info"]["film"], json!({"rate_hz": 60.0, "frames": FRAMES}));
+        let method = side_car["request"]["method"].as_str().unwrap();
+        let out = folder.path().join(method);
+        let frames = FRAMES.to_string();
+        succeeds(&[
+            "render", "pica", "-m", method, "--path", "sway", "--frames", &frames, "--size", "48x32", "--seed", "4",
+            "--fallback", "black", "--no-shadows", "-o", out.to_str().unwrap(),
+        ]);
+        for frame in 0..FRAMES {
+            let name = if frame == 0 { "sbs.png".to_owned() } else { format!("sbs_{frame:05}.png") };
+            let shown = picture(&stimulus.join(name));
+            let rendered = picture(&out.join(format!("pica_sway_{method}_{frame:04}.png")));
+            assert_eq!(shown.dimensions(), (96, 32));
+            // One seed, one device: the same picture, but for the history with which a film begins.
+            let differing = shown.pixels().zip(rendered.pixels()).filter(|(a, b)| a != b).count();
+            match method {
+                "sssr" => assert_eq!(differing, 0, "frame {frame}"),
+                _ => assert!(frame > 0 || differing > 0, "the film does not begin as after standing still"),
+            }
+        }
+    }
+    // What is whole is not rendered again, and a session is shown every frame.
+    let again = cyclopean(folder.path(), &["prepare", "study.json"]);
+    assert!(String::from_utf8_lossy(&again.stdout).contains("2 whole, 0 rendered"), "{again:?}");
+    succeeds(&["run", "study.json", "--participant", "p1", "--simulate", "--hz", "60"]);
+    let journal = walk(&folder.path().join("sessions"), "jsonl").remove(0);
+    let text = std::fs::read_to_string(journal).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let onsets: Vec<usize> = lines
+        .filter_map(|line| {
+            let segments = line.pointer("/presentation/segments").or(line.pointer("/record/presentation/segments"));
+            segments.map(|s| s[0]["film_onsets_ns"].as_array().unwrap().iter().filter(|o| o.is_u64()).count())
+        })
+        .collect();
+    assert_eq!(onsets, [FRAMES; 2]);
+}
+
+/// Every file below a folder whose name ends so.
+fn walk(folder: &std::path::Path, end: &str) -> Vec<std::path::PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => found.extend(walk(&path, end)),
+            false if path.to_string_lossy().ends_with(end) => found.push(path),
+            false => {}
+        }
+    }
+    found.sort();
+    found
+}
