@@ -338,12 +338,16 @@ fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
     let last = f64::from((desk::FILM.frames - 1) * desk::SINKS_PX) / f64::from(desk::STILL.1);
     until("the last frame stands", || {
         let picture = desk.picture("film");
-        let rows = |is: &dyn Fn([u8; 3]) -> bool| -> Vec<f64> {
-            picture.enumerate_pixels().filter(|(_, _, p)| is(p.0)).map(|(_, y, _)| f64::from(y)).collect()
+        let rows = |is: &dyn Fn(f64, [u8; 3]) -> bool| -> Vec<f64> {
+            let rows = picture.enumerate_pixels().map(|(_, y, p)| (f64::from(y), p.0));
+            rows.filter(|(y, color)| is(*y, *color)).map(|(y, _)| y).collect()
         };
-        let (red, white) = (rows(&|c| c[0] > c[2] + 60), rows(&|c| c.iter().all(|v| *v > 220)));
+        let red = rows(&|_, c| c[0].saturating_sub(c[2]) > 110);
         let top = red.iter().copied().fold(f64::INFINITY, f64::min);
-        let height = red.iter().copied().fold(0.0, f64::max) + 1.0 - top;
+        let bottom = red.iter().copied().fold(0.0, f64::max);
+        let height = bottom + 1.0 - top;
+        // Around the picture stand the window's own signs.
+        let white = rows(&|y, c| y > top && y < bottom && c.iter().all(|v| *v > 220));
         if white.len() < 900 || height < 100.0 {
             return false;
         }
@@ -354,10 +358,8 @@ fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
     sitting.press_until("Return", "the answer is confirmed", |r| matches!(r, Record::Answer(_)));
     sitting.turn("thanks");
     let entries = sitting.end();
-    let shown: Vec<_> = entries
-        .iter()
-        .filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None })
-        .collect();
+    let shown: Vec<_> =
+        entries.iter().filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None }).collect();
     let [p] = shown[..] else { panic!("{shown:?}") };
     let segment = &p.segments[0];
     assert_eq!(segment.film_onsets_ns.len(), desk::FILM.frames as usize);

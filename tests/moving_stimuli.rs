@@ -48,8 +48,23 @@ fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
         let out = folder.path().join(method);
         let frames = FRAMES.to_string();
         succeeds(&[
-            "render", "pica", "-m", method, "--path", "sway", "--frames", &frames, "--size", "48x32", "--seed", "4",
-            "--fallback", "black", "--no-shadows", "-o", out.to_str().unwrap(),
+            "render",
+            "pica",
+            "-m",
+            method,
+            "--path",
+            "sway",
+            "--frames",
+            &frames,
+            "--size",
+            "48x32",
+            "--seed",
+            "4",
+            "--fallback",
+            "black",
+            "--no-shadows",
+            "-o",
+            out.to_str().unwrap(),
         ]);
         for frame in 0..FRAMES {
             let name = if frame == 0 { "sbs.png".to_owned() } else { format!("sbs_{frame:05}.png") };

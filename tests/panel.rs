@@ -82,7 +82,8 @@ fn views(content: &Content) -> Vec<(String, View)> {
     all.push(("panel-hover".to_owned(), View { hover: Some(2), ..View::of(&panel(None, false)) }));
     all.push(("panel-chosen".to_owned(), View::of(&panel(Some(1), false))));
     all.push(("panel-reminder".to_owned(), View { time_left_s: Some(85), ..View::of(&panel(Some(1), true)) }));
-    let stimulus = Screen::Stimulus { presentation: 5, attempt: 0, show: Shown::B, stimulus: 0, reference: None, frame: 0 };
+    let stimulus =
+        Screen::Stimulus { presentation: 5, attempt: 0, show: Shown::B, stimulus: 0, reference: None, frame: 0 };
     all.push(("label".to_owned(), View::of(&stimulus)));
     all
 }
@@ -179,7 +180,8 @@ fn the_ground_is_the_blank_grey_and_a_stereogram_keeps_its_dots() {
     }
 
     // Over a stimulus all is transparent but the letter.
-    let stimulus = Screen::Stimulus { presentation: 5, attempt: 0, show: Shown::A, stimulus: 0, reference: None, frame: 0 };
+    let stimulus =
+        Screen::Stimulus { presentation: 5, attempt: 0, show: Shown::A, stimulus: 0, reference: None, frame: 0 };
     let view = View { label_at: Some([320.0, 400.0]), ..View::of(&stimulus) };
     let label = draw(&gpu, &mut drawer, &content, &view, (640, 480));
     assert_eq!(label.eyes[0].get_pixel(5, 5).0, [0, 0, 0, 0]);

@@ -16,7 +16,7 @@ use cyclopean_analysis::files::{self, WriteError, sync_directory};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::stimulus::{StimulusInfo, frame_file, StimulusRenderer, StimulusRequest};
+use super::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 
 /// The side-car beside a stimulus's images.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -168,15 +168,17 @@ impl StimulusRenderer for EyePainter {
         let tell = u8::from_str_radix(&self.identity(request)?[..2], 16)? / 2;
         let (w, h) = STILL;
         let film = request.path.as_ref().map(|_| FILM);
-        let picture = |frame: u32| image::RgbImage::from_fn(2 * w, h, |x, y| {
-            let (eye, x) = (x / w, x % w);
-            let mut color = [LEFT, RIGHT][eye as usize];
-            color[1] = color[1] / 2 + tell;
-            let cx = if eye == 0 { w / 4 } else { 3 * w / 4 };
-            // The disc of a film sinks.
-            let (dx, dy) = (x as i32 - cx as i32, y as i32 - (h / 2 + frame * SINKS_PX) as i32);
-            image::Rgb(if dx * dx + dy * dy < 400 { [240, 240, 240] } else { color })
-        });
+        let picture = |frame: u32| {
+            image::RgbImage::from_fn(2 * w, h, |x, y| {
+                let (eye, x) = (x / w, x % w);
+                let mut color = [LEFT, RIGHT][eye as usize];
+                color[1] = color[1] / 2 + tell;
+                let cx = if eye == 0 { w / 4 } else { 3 * w / 4 };
+                // The disc of a film sinks.
+                let (dx, dy) = (x as i32 - cx as i32, y as i32 - (h / 2 + frame * SINKS_PX) as i32);
+                image::Rgb(if dx * dx + dy * dy < 400 { [240, 240, 240] } else { color })
+            })
+        };
         for frame in 0..film.map_or(1, |film| film.frames) {
             picture(frame).save(into.join(frame_file(frame)))?;
         }

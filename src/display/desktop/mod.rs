@@ -147,9 +147,8 @@ impl Desktop {
         let Some(content) = &self.content else { return Ok(()) };
         let shows = if content.has_letters { &[Shown::A, Shown::B][..] } else { &[Shown::Stimulus] };
         let reference = content.is_mirrored_pair.then_some(0);
-        let stimulus = |&show: &Shown| {
-            Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference, frame: 0 }
-        };
+        let stimulus =
+            |&show: &Shown| Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference, frame: 0 };
         let mut screens: Vec<Screen> =
             if self.stills.is_empty() { Vec::new() } else { shows.iter().map(stimulus).collect() };
         screens.push(Screen::Blank);

@@ -9,11 +9,7 @@ use crate::display::{DisplayError, StimulusFiles, memory};
 use crate::gpu::{Gpu, Image, ImageDesc};
 
 /// Both eyes' display values, layer 0 left, 1 right: by stimulus, one image of a still, one a frame of a moving stimulus.
-pub fn load(
-    gpu: &Rc<Gpu>,
-    stimuli: &[StimulusFiles],
-    display: &'static str,
-) -> Result<Vec<Vec<Image>>, DisplayError> {
+pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> Result<Vec<Vec<Image>>, DisplayError> {
     memory::check(gpu, stimuli, memory::Levels::One).map_err(|what| DisplayError { display, what })?;
     let frames = |files: &StimulusFiles| files.frames.iter().map(|path| frame(gpu, path, display)).collect();
     stimuli.iter().map(frames).collect()

@@ -94,8 +94,14 @@ impl Stage {
         let below_m = SCREEN_M * (below_deg.to_radians().tan() as f32);
         for show in [Shown::Stimulus, Shown::A, Shown::B] {
             let has_letter = show != Shown::Stimulus;
-            let mut view =
-                View::of(&Screen::Stimulus { presentation: 0, attempt: 0, show, stimulus: 0, reference: None, frame: 0 });
+            let mut view = View::of(&Screen::Stimulus {
+                presentation: 0,
+                attempt: 0,
+                show,
+                stimulus: 0,
+                reference: None,
+                frame: 0,
+            });
             let (deg, up_m) = match &self.content.mark {
                 None if !has_letter => continue,
                 None => ([8.0, 4.0], -below_m),
@@ -199,14 +205,7 @@ impl Stage {
     }
 
     /// Both eyes see one flat picture at zero disparity. None: there is no such frame.
-    fn pair<'a>(
-        &self,
-        shot: &'a Shot,
-        frame: u32,
-        home: Pose,
-        spaces: &'a Spaces,
-        out: &mut Layers<'a>,
-    ) -> Option<()> {
+    fn pair<'a>(&self, shot: &'a Shot, frame: u32, home: Pose, spaces: &'a Spaces, out: &mut Layers<'a>) -> Option<()> {
         let (space, from) = self.anchor(home, spaces);
         let pose = from.then(place::ahead(Vec3::ZERO, SCREEN_M));
         let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::journal::record::{self, Kind, Outcome, Record};
 
+use super::definition::Definition;
 use super::disk::Disk;
 use super::observer::{ObserverError, SimulatedObserver};
-use super::definition::Definition;
 use super::plan::Plan;
 use super::poses::{PoseWriter, PosesError};
 use super::protocol::{Machine, Setup};
@@ -296,7 +296,9 @@ fn check_films(stored: &[Stored], definition: &Definition, display: &DisplayInfo
         let (shown_s, lasts_s) = (side_car.request.seconds.unwrap_or(0.0), f64::from(film.frames) / rate_hz);
         if lasts_s + 1.0 / rate_hz < shown_s {
             let study = &definition.id;
-            tracing::warn!("{label} moves for {lasts_s:.1} s, study {study} shows it for {shown_s:.1} s: its last frame stands");
+            tracing::warn!(
+                "{label} moves for {lasts_s:.1} s, study {study} shows it for {shown_s:.1} s: its last frame stands"
+            );
         }
     }
     Ok(())
