@@ -10,6 +10,7 @@ use ash::vk;
 use glam::{DAffine3, DVec3};
 
 use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc};
+use crate::scene::{Eye, StereoCamera};
 
 use super::shared::FrameUniform;
 
@@ -48,8 +49,47 @@ pub struct History {
     motions: Buffer,
     /// Something moved by itself since the last frame.
     is_changing: Cell<bool>,
-    /// The last frame that ended, and where each instance stood in it; `None`: none did, or it no longer counts.
-    last: RefCell<Option<(FrameUniform, Vec<DAffine3>)>>,
+    /// The last frame that ended; `None`: none did, or it no longer counts.
+    last: RefCell<Option<Last>>,
+}
+
+struct Last {
+    frame: FrameUniform,
+    moment: Moment,
+    /// Where each instance stood.
+    places: Vec<DAffine3>,
+}
+
+/// From where and when a frame sees the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    pub camera: StereoCamera,
+    /// Of what moves by itself, seconds; 0 where nothing does.
+    pub time_s: f64,
+}
+
+/// How far an eye moves (metres) and turns (radians) from one frame to the next at the most, and how much time passes for
+/// what moves by itself (seconds): more is a jump. A head that turns by 500 degrees a second, faster than people turn it,
+/// turns by 8 degrees within a frame of a 60th of a second.
+const MOST_MOVED_M: f64 = 0.25;
+const MOST_TURNED_RAD: f64 = 0.35;
+const MOST_PASSED_S: f64 = 0.25;
+/// How much the distance between the eyes changes (metres).
+const MOST_APART_M: f64 = 0.005;
+
+impl Moment {
+    /// What was known then does not hold now: a surface that is seen again reflects something else.
+    fn is_after_a_jump(&self, last: &Moment) -> bool {
+        let eye_jumps = |eye: Eye| {
+            let (now, was) = (self.camera.eye(eye), last.camera.eye(eye));
+            now.position.distance(was.position) > MOST_MOVED_M
+                || now.world_from_view.angle_between(was.world_from_view) > MOST_TURNED_RAD
+        };
+        let apart_m = |moment: &Moment| moment.camera.left.position.distance(moment.camera.right.position);
+        Eye::BOTH.into_iter().any(eye_jumps)
+            || (apart_m(self) - apart_m(last)).abs() > MOST_APART_M
+            || (self.time_s - last.time_s).abs() > MOST_PASSED_S
+    }
 }
 
 impl History {
@@ -96,11 +136,14 @@ impl History {
         &self.motions
     }
 
-    /// Before a frame: tells the device where eyes and instances were. `places` are the instances' now, `head` the origin
+    /// Before a frame: forgets what was before a jump; else tells the device where eyes and instances were. `places` are the instances' now, `head` the origin
     /// of render space.
-    pub fn begin(&self, places: &[DAffine3], head: DVec3) {
+    pub fn begin(&self, moment: &Moment, places: &[DAffine3], head: DVec3) {
+        if self.last.borrow().as_ref().is_some_and(|last| moment.is_after_a_jump(&last.moment)) {
+            self.forget();
+        }
         let last = self.last.borrow();
-        let Some((frame, before)) = &*last else { return };
+        let Some(Last { frame, places: before, .. }) = &*last else { return };
         self.last_frame.write(bytemuck::bytes_of(frame));
         self.is_changing.set(places != before.as_slice());
         let rows: Vec<[[f32; 4]; 3]> = places.iter().zip(before).map(|(now, was)| rows(now, was, head)).collect();
@@ -110,8 +153,8 @@ impl History {
     }
 
     /// After a frame that ended: it is the last one now.
-    pub fn end(&self, frame: FrameUniform, places: Vec<DAffine3>) {
-        *self.last.borrow_mut() = Some((frame, places));
+    pub fn end(&self, frame: FrameUniform, moment: Moment, places: Vec<DAffine3>) {
+        *self.last.borrow_mut() = Some(Last { frame, moment, places });
         self.turn.set(1 - self.turn.get());
     }
 

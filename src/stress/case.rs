@@ -83,10 +83,12 @@ impl Worst {
 
     /// Takes a value into account; NaN is worse than any number.
     pub fn see(&mut self, value: f64, at: impl Into<String>) {
+        let at = at.into();
+        tracing::debug!("{value:.4} at {at}");
         let worse = if self.larger_is_worse { value > self.value } else { value < self.value };
         if worse || value.is_nan() && !self.value.is_nan() {
             self.value = value;
-            self.at = at.into();
+            self.at = at;
         }
     }
 

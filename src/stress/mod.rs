@@ -19,6 +19,7 @@ mod rays;
 pub mod shapes;
 mod sizes;
 mod sweep;
+mod time;
 
 pub use bench::{Bench, Shot};
 pub use case::{Bound, Case, Outcome, Worst, run};
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         range::CASES,
         sizes::CASES,
         ambient::CASES,
+        time::CASES,
     ]
     .into_iter()
     .flatten()

@@ -27,7 +27,7 @@ use super::depth_pyramid::DepthPyramidPass;
 use super::fine::Fine;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
-use super::history::History;
+use super::history::{History, Moment};
 use super::indirect::IndirectPass;
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
@@ -136,6 +136,8 @@ pub struct Prepared {
     /// Where the views' shadows are looked up, if rays do not find them.
     shadow_maps: Option<Rc<ShadowMaps>>,
     needs: Needs,
+    /// Of what moves by itself, seconds.
+    time_s: f64,
     /// Where the instances stand.
     places: Vec<DAffine3>,
     framing: Framing,
@@ -201,6 +203,7 @@ impl Prepared {
             probe,
             shadow_maps,
             needs,
+            time_s: 0.0,
             places,
             framing,
             method,
@@ -277,6 +280,7 @@ impl Prepared {
         if self.scene.motions.is_empty() {
             return Ok(());
         }
+        self.time_s = time_s;
         self.places = self.scene.places_at(time_s);
         self.lazy_rays.place(&self.places);
         if let Some(maps) = &self.shadow_maps {
@@ -293,7 +297,11 @@ impl Prepared {
         Ok(())
     }
 
-    /// The next frame knows nothing of those before it: after a cut.
+    fn moment(&self) -> Moment {
+        Moment { camera: self.camera, time_s: self.time_s }
+    }
+
+    /// The next frame knows nothing of those before it: after a cut. A jump of the head or of the time is noticed without.
     pub fn forget(&self) {
         if let Some(history) = &self.history {
             history.forget();

@@ -90,7 +90,7 @@ impl Prepared {
                 }
             }
             if let (Some(pass), Some(history)) = (&passes.accumulate, &self.history) {
-                history.begin(&self.places, context.head);
+                history.begin(&self.moment(), &self.places, context.head);
                 pass.record(&mut frame, resources, fallback, context, (targets, history))?;
             }
             if let Some(reproject) = &passes.reproject {
@@ -121,7 +121,7 @@ impl Prepared {
         // Only now: a frame that was broken off may have lit nothing.
         self.lit.set(true);
         if let Some(history) = &self.history {
-            history.end(context.uniform(), self.places.clone());
+            history.end(context.uniform(), self.moment(), self.places.clone());
         }
         Ok((times, counts))
     }
