@@ -263,6 +263,29 @@ fn journals_and_their_export_give_the_same_table() {
     assert!(script.contains("clmm(rating ~ method * scene + (1 + method | participant)"));
     let pref = object(d, &["preference", "s", "--study", "quality", "--json"]);
     assert_eq!(pref["preferences"][0]["conditions"].as_array().unwrap().len(), 6);
+    // A table of comparisons says who was preferred to whom, with the numbers of `mos preference`.
+    assert_eq!(a["preferences"], pref["preferences"]);
+    assert!(b.get("preferences").is_none(), "a file of ratings does not say that they are choices");
+    let said = String::from_utf8(mos(d, &["table", "s"]).stdout).unwrap();
+    let (_, winners) = said.split_once("who was preferred in quality\n").expect("what a comparison says");
+    for condition in pref["preferences"][0]["conditions"].as_array().unwrap() {
+        let factor = |name: &str| {
+            let factors = condition["factors"].as_array().unwrap();
+            factors.iter().find(|f| f[0] == name).unwrap()[1].as_str().unwrap().to_owned()
+        };
+        let votes = |name: &str| condition["votes"][name].as_u64().unwrap();
+        let (wins, losses) = (votes("wins"), votes("losses"));
+        let name = format!("{} {}", factor("scene"), factor("eye"));
+        let line = winners.lines().find(|l| l.starts_with(&name)).unwrap();
+        let by = format!("{} of {}", wins.max(losses), wins + losses);
+        assert!(line.contains(&by), "{line}: {by}");
+        let preferred = match wins.cmp(&losses) {
+            std::cmp::Ordering::Greater => factor("method"),
+            std::cmp::Ordering::Less => factor("other"),
+            std::cmp::Ordering::Equal => "neither".to_owned(),
+        };
+        assert_eq!(line.split_whitespace().nth(2), Some(preferred.as_str()), "{line}");
+    }
     let globbed = object(d, &["table", "s/rate/p?.jsonl", "--json"]);
     assert_eq!(globbed["rows"].as_array().unwrap().len(), 9);
 }

@@ -101,6 +101,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let tables: Vec<_> = input.studies.iter().map(|s| s.all.table.to_json()).collect();
     for study in &input.studies {
         console.line(report::text::grid(&study.all.table));
+        if let Some(preference) = &study.all.preference {
+            console.line(report::text::winners(preference));
+        }
     }
     console.line(format!("report: {}", page.display()));
     console.object(&serde_json::json!({ "report": page, "tables": tables, "kind": "simulated" }))?;

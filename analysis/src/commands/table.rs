@@ -5,11 +5,18 @@ use clap::Args;
 use cyclopean_analysis::data::Columns;
 use cyclopean_analysis::interval::{Bootstrap, Method, Scale};
 use cyclopean_analysis::mos::{TableOptions, table};
+use cyclopean_analysis::preference::preference;
 use cyclopean_analysis::report::text;
+use serde_json::json;
 
 use super::input::{self, Input, print, print_json};
 
-/// `mos table PATH…`
+/// The ratings that mean other, no difference and method, where a study does not say it.
+const PAPER_VALUES: [i32; 3] = [1, 2, 3];
+/// Bootstraps of Davidson's strengths in the JSON object, as many as `mos preference` takes.
+const RESAMPLES: u32 = 1_999;
+
+/// `mos table PATH…`: means, and for comparisons who was preferred to whom.
 #[derive(Args)]
 pub struct Table {
     #[command(flatten)]
@@ -38,10 +45,26 @@ impl Table {
     /// Reads, computes, prints.
     pub fn run(self) -> Result<()> {
         let columns = Columns { extra: self.by.clone(), ..Columns::default() };
-        let loaded = self.input.load(columns)?;
+        let loaded = self.input.load(columns.clone())?;
         let boot = Bootstrap { resamples: self.resamples, seed: self.seed };
         let options = TableOptions { by: self.by, method: self.ci, level: self.level, boot, scale: self.scale };
         let table = table(&loaded.data, &options)?;
-        if self.input.json { print_json(&table.to_json()) } else { print(&text::table(&table)) }
+        let preferences = match loaded.data.studies.iter().any(|study| study.forced_choice) {
+            true => {
+                let votes = self.input.load(Columns { by_rating: true, ..columns })?;
+                preference(&votes.data, PAPER_VALUES, options.level, RESAMPLES, options.boot.seed)?
+            }
+            false => Vec::new(),
+        };
+        if self.input.json {
+            let mut object = table.to_json();
+            if !preferences.is_empty() {
+                object["preferences"] = json!(preferences);
+            }
+            return print_json(&object);
+        }
+        let mut out = text::table(&table);
+        out.extend(preferences.iter().map(|p| format!("\n{}", text::winners(p))));
+        print(&out)
     }
 }

@@ -286,6 +286,47 @@ pub fn name(r: &ContrastResult) -> String {
     if r.study.is_empty() { name } else { format!("{}: {name}", r.study) }
 }
 
+/// Who won against whom, a line a condition: what a comparison says, where a mean of votes coded 1 to 3 only stands for it.
+pub fn winners(p: &Preference) -> String {
+    let header = ["condition", "preferred", "by", "share", "interval", "over", "no difference", "p", "p adjusted"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let optional = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
+    for c in &p.conditions {
+        let level = |name: &str| c.factors.iter().find(|f| f.0 == name).map_or("?", |f| f.1.as_str());
+        let (method, other) = (level("method"), level("other"));
+        let among: Vec<&str> =
+            c.factors.iter().filter(|f| f.0 != "method" && f.0 != "other").map(|f| f.1.as_str()).collect();
+        let v = c.votes;
+        let (winner, loser, by, is_method) = match v.wins.cmp(&v.losses) {
+            std::cmp::Ordering::Less => (other, method, v.losses, false),
+            _ => (method, other, v.wins, true),
+        };
+        // Shares of the loser are those of the winner, read from the other end.
+        let of = |share: Option<f64>| share.map(|s| 100.0 * if is_method { s } else { 1.0 - s });
+        let (lo, hi) = if is_method { (c.decided.lo, c.decided.hi) } else { (c.decided.hi, c.decided.lo) };
+        rows.push(vec![
+            if among.is_empty() { "all".to_owned() } else { among.join(" ") },
+            if v.wins == v.losses { "neither".to_owned() } else { winner.to_owned() },
+            format!("{by} of {}", v.wins + v.losses),
+            of(c.decided.share).map_or_else(|| "-".into(), |s| format!("{s:.0} %")),
+            match (of(lo), of(hi)) {
+                (Some(lo), Some(hi)) => format!("[{lo:.0}, {hi:.0}]"),
+                _ => "-".into(),
+            },
+            if v.wins == v.losses { format!("{method}, {other}") } else { loser.to_owned() },
+            format!("{} of {}", v.ties, v.total()),
+            optional(c.decided.p),
+            optional(c.p_adjusted),
+        ]);
+    }
+    let of_study = if p.study.is_empty() { String::new() } else { format!(" in {}", p.study) };
+    let mut out = format!("who was preferred{of_study}\n");
+    out += &align(&rows);
+    out += "by: votes for it among those that decided, with their share and its exact interval (Clopper and Pearson); p: exact \
+            binomial test of the decided votes against one half, adjusted over the conditions by Holm\n";
+    out
+}
+
 /// `mos preference`: a line a condition, the overall test, the model.
 pub fn preference(p: &Preference) -> String {
     let mut rows = vec![
