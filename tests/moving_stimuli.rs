@@ -93,6 +93,25 @@ fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
         })
         .collect();
     assert_eq!(onsets, [FRAMES; 2]);
+
+    // Any trial again, byte for byte, every frame of it; and the session as a page.
+    let journal = walk(&folder.path().join("sessions"), "001.jsonl").remove(0);
+    let journal = journal.to_str().unwrap();
+    let again = cyclopean(folder.path(), &["study", "show", journal, "--trial", "1"]);
+    let said = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert!(
+        again.status.success() && said.contains("1 of 1 stimuli came out byte for byte"),
+        "{said}{}",
+        stderr(&again)
+    );
+    assert_eq!(walk(&folder.path().join("shown/stimulus"), ".png").len(), FRAMES);
+    let page = std::fs::read_to_string(folder.path().join("shown/session.html")).unwrap();
+    assert!(page.contains("data:image/png;base64,") && page.contains("pica by sssr"), "{}", page.len());
+    let all = cyclopean(folder.path(), &["study", "show", journal, "--check", "-o", "all"]);
+    assert!(String::from_utf8_lossy(&all.stdout).contains("2 of 2 stimuli came out byte for byte"), "{}", stderr(&all));
+    let beyond = cyclopean(folder.path(), &["study", "show", journal, "--trial", "2", "-o", "beyond"]);
+    assert_eq!(beyond.status.code(), Some(1));
+    assert!(stderr(&beyond).contains("numbered from 0 to 1"), "{}", stderr(&beyond));
 }
 
 /// Every file below a folder whose name ends so.

@@ -27,6 +27,7 @@ pub mod run;
 mod scene;
 #[cfg(feature = "gpu")]
 mod sequence;
+mod show;
 #[cfg(feature = "gpu")]
 mod stimulus;
 #[cfg(feature = "gpu")]

@@ -90,7 +90,7 @@ pub fn catalogue() -> Catalogue {
 /// # Errors
 /// No device.
 #[cfg(feature = "gpu")]
-fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
+pub(super) fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
     Ok(Box::new(super::stimulus::GpuStimuli::new(None)?))
 }
 
@@ -99,7 +99,7 @@ fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
 /// # Errors
 /// This build has none.
 #[cfg(not(feature = "gpu"))]
-fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
+pub(super) fn renderer() -> anyhow::Result<Box<dyn StimulusRenderer>> {
     anyhow::bail!("this build cannot render: it was made without its GPU parts; build with the feature `gpu`")
 }
 

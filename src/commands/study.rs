@@ -52,6 +52,7 @@ enum Action {
         /// A journal.
         journal: PathBuf,
     },
+    Show(super::show::Args),
     /// Set the damaged end of a journal aside; all whole lines before it stay.
     Recover {
         /// A journal.
@@ -123,6 +124,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             ));
             Ok(())
         }
+        Action::Show(args) => super::show::run(&args, console),
         Action::Recover { journal } => {
             let found = recover::recover(&Disk::real(), &journal)?;
             console.object(&serde_json::json!({

@@ -21,6 +21,7 @@ pub mod recover;
 pub mod schema;
 pub mod session;
 pub mod sessions;
+pub mod show;
 pub mod stereogram;
 pub mod stimulus;
 pub mod store;

@@ -14,7 +14,7 @@ pub mod verify;
 pub mod votes;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use codec::{Entry, LineError, encode};
 pub use plan::AnalysisPlan;

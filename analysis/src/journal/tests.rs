@@ -106,7 +106,7 @@ fn answer(presentation: u32, attempt: u32, choice: u32, counts: bool) -> Record 
     Record::Answer(Answer { presentation, attempt, choice, after_ns: 7, changes: 1, counts })
 }
 
-fn entries(records: Vec<Record>) -> Vec<Entry> {
+pub(crate) fn entries(records: Vec<Record>) -> Vec<Entry> {
     let wall = DateTime::from_timestamp_millis(1_700_000_000_000).unwrap();
     let entry = |(seq, record)| Entry { seq, t_ns: seq * 10, wall, kind: Kind::Pilot, record };
     (0..).zip(records).map(entry).collect()

@@ -19,13 +19,7 @@ const STYLE: &str = include_str!("style.css");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn html(input: &ReportInput) -> String {
-    let title = escape(&input.title);
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title><style>{STYLE}</style></head><body><main>"
-    );
-    let _ = write!(out, "<h1 class=\"title\">{title}</h1>");
+    let mut out = head(&input.title, "");
     if let Some(stamp) = &input.stamp {
         let _ = write!(
             out,
@@ -38,6 +32,26 @@ pub fn html(input: &ReportInput) -> String {
     }
     out += "</main></body></html>\n";
     out
+}
+
+/// The begin of a page, up to its title; `style`: rules of its own.
+pub(super) fn head(title: &str, style: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title><style>{STYLE}{style}</style></head>\
+         <body><main><h1 class=\"title\">{title}</h1>"
+    )
+}
+
+/// Names and values, a pair a row.
+pub(super) fn facts_table(facts: &[(&str, String)]) -> String {
+    let rows: String = facts
+        .iter()
+        .map(|(name, value)| format!("<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value)))
+        .collect();
+    format!("<div class=\"scroll\"><table><tbody>{rows}</tbody></table></div>")
 }
 
 fn write_block(out: &mut String, block: &Block) {
@@ -86,7 +100,7 @@ fn table(caption: &str, head: &[String], rows: &[Vec<String>]) -> String {
 }
 
 /// RFC 4648, with padding.
-fn base64(bytes: &[u8]) -> String {
+pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {

@@ -4,6 +4,7 @@ mod document;
 mod html;
 mod input;
 mod plain;
+pub mod session;
 mod svg;
 pub mod text;
 

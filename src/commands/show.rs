@@ -1,0 +1,244 @@
+//! `cyclopean study show`: a session as a page that plays it, and its stimuli rendered again.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use cyclopean_analysis::files;
+use cyclopean_analysis::journal::record::Stimulus;
+use cyclopean_analysis::report::session::{Told, session_page};
+
+use super::WrongUsage;
+use crate::console::{Console, check_interrupted};
+use crate::study::show::{Again, Seen, again};
+use crate::study::store::Store;
+
+/// Show what a participant saw: a page that plays the session, and any trial rendered again, checked against the journal.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Journals.
+    #[arg(required = true)]
+    journals: Vec<PathBuf>,
+    /// Render the stimuli of this presentation again; counted from 0, as the journal and the page have it.
+    #[arg(long, value_name = "N", conflicts_with = "check")]
+    trial: Option<u32>,
+    /// Render every stimulus of every journal again, each once, and compare its hash; keep no picture.
+    #[arg(long)]
+    check: bool,
+    /// The folder of prepared stimuli: pictures for the page, and what a differing stimulus is compared with.
+    #[arg(long, default_value = "store")]
+    store: PathBuf,
+    /// Folder for the page and the pictures; must not exist.
+    #[arg(long, short, default_value = "shown")]
+    out: PathBuf,
+}
+
+/// How a stimulus came out, for people and for JSON.
+#[derive(Debug, serde::Serialize)]
+struct Report {
+    journal: PathBuf,
+    /// `stimulus`, `a`, `b` or `reference`; of `--check` the stimulus's index.
+    what: String,
+    label: String,
+    key: String,
+    same_key: bool,
+    same_bytes: bool,
+    differing: Vec<String>,
+    /// Against the stimulus in the store, where it is there and differs.
+    difference: Option<Difference>,
+}
+
+/// Display values of both eyes, now against then.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Difference {
+    /// Percent of the pixels.
+    pub differing_percent: f64,
+    /// Of 255.
+    pub largest: u8,
+    /// Decibel; none where nothing differs.
+    pub psnr_db: Option<f64>,
+}
+
+/// See [`Args`].
+///
+/// # Errors
+/// A journal that cannot be read or has no such trial; a renderer or disk that fails; exit 1 where bytes differ.
+pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    if args.trial.is_some() && args.journals.len() > 1 {
+        return Err(WrongUsage("--trial: one journal at a time".to_owned()).into());
+    }
+    anyhow::ensure!(!args.out.exists(), "{} exists; give a folder that does not exist yet", args.out.display());
+    let seen = args.journals.iter().map(|path| Ok((path, Seen::read(path)?))).collect::<anyhow::Result<Vec<_>>>()?;
+    let store = Store::new(&args.store);
+    let asked = match args.trial {
+        Some(trial) => {
+            let (path, seen) = &seen[0];
+            seen.of(path, trial)?.into_iter().map(|(what, at)| (0, what.to_owned(), at)).collect()
+        }
+        None if args.check => every_stimulus(&seen),
+        None => Vec::new(),
+    };
+    let mut reports = Vec::new();
+    if !asked.is_empty() {
+        let mut renderer = super::prepare::renderer()?;
+        let mut progress = console.progress("rendering", asked.len() as u64);
+        for (journal, what, at) in asked {
+            check_interrupted()?;
+            let (path, seen) = &seen[journal];
+            let of = &seen.stimuli[at as usize];
+            progress.step(&of.1.label());
+            let folder = args.out.join(&what);
+            let made = again(&mut *renderer, of, &folder)?;
+            let difference = difference(&store, &of.0, &made)?;
+            if args.check {
+                std::fs::remove_dir_all(&folder).with_context(|| format!("cannot empty {}", folder.display()))?;
+            }
+            reports.push(Report {
+                journal: path.to_path_buf(),
+                what,
+                label: of.1.label(),
+                key: of.0.key.clone(),
+                same_key: made.same_key,
+                same_bytes: made.differing.is_empty(),
+                differing: made.differing,
+                difference,
+            });
+        }
+    }
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
+    let mut pages = Vec::new();
+    for (path, seen) in seen {
+        let name = if args.journals.len() == 1 { "session".to_owned() } else { page_name(path, &seen) };
+        pages.push(page(&args.out.join(format!("{name}.html")), path, seen, &store)?);
+    }
+    tell(&reports, &pages, args, console)
+}
+
+/// Each stimulus of all journals once, by its address.
+fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
+    let mut found: BTreeMap<&str, (usize, String, u32)> = BTreeMap::new();
+    for (journal, (_, seen)) in seen.iter().enumerate() {
+        for (at, (stimulus, _)) in (0u32..).zip(&seen.stimuli) {
+            found.entry(&stimulus.key).or_insert_with(|| (journal, format!("{journal}-{at}"), at));
+        }
+    }
+    // In the order of the journals, so that a scene is uploaded once.
+    let mut all: Vec<_> = found.into_values().collect();
+    all.sort_by_key(|(journal, _, at)| (*journal, *at));
+    all
+}
+
+fn page_name(path: &Path, seen: &Seen) -> String {
+    let session = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    format!("{}_{}_{session}", seen.header.study.id, seen.header.participant)
+}
+
+/// Writes the page; pictures come from the store, where they are there and whole.
+fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<PathBuf> {
+    let mut pictures = BTreeMap::new();
+    for (stimulus, _) in &seen.stimuli {
+        if let Ok(Some(stored)) = store.check(&stimulus.key) {
+            let first = stored.frame_paths().into_iter().next();
+            if let Some(png) = first.and_then(|path| thumbnail(&path)) {
+                pictures.insert(stimulus.id, png);
+            }
+        }
+    }
+    let told = Told::of(seen.entries).with_context(|| format!("{}: it has no header", journal.display()))?;
+    files::write_bytes(to, session_page(&told, &pictures).as_bytes())?;
+    Ok(to.to_owned())
+}
+
+/// Width of the pictures of a page, both eyes, pixels.
+const THUMBNAIL_PX: u32 = 960;
+
+fn thumbnail(path: &Path) -> Option<Vec<u8>> {
+    let picture = image::open(path).ok()?.into_rgb8();
+    let (width, height) = picture.dimensions();
+    let small = match width > THUMBNAIL_PX {
+        true => {
+            let height = (height * THUMBNAIL_PX / width).max(1);
+            image::imageops::resize(&picture, THUMBNAIL_PX, height, image::imageops::FilterType::Triangle)
+        }
+        false => picture,
+    };
+    let mut png = Vec::new();
+    small.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).ok()?;
+    Some(png)
+}
+
+/// How far a stimulus that came out differently is from the one in the store; none: it is the same, or not there.
+fn difference(store: &Store, stimulus: &Stimulus, made: &Again) -> anyhow::Result<Option<Difference>> {
+    let Ok(Some(stored)) = store.check(&stimulus.key) else { return Ok(None) };
+    if made.differing.is_empty() || stored.side_car.files != stimulus.files {
+        return Ok(None);
+    }
+    let name = made.differing.iter().find(|name| name.ends_with(".png"));
+    let Some(name) = name else { return Ok(None) };
+    let read = |path: PathBuf| -> anyhow::Result<image::RgbImage> {
+        Ok(image::open(&path).with_context(|| format!("cannot read {}", path.display()))?.into_rgb8())
+    };
+    let (then, now) = (read(stored.folder.join(name))?, read(made.folder.join(name))?);
+    Ok((then.dimensions() == now.dimensions()).then(|| compare(&then, &now)))
+}
+
+fn compare(then: &image::RgbImage, now: &image::RgbImage) -> Difference {
+    let pairs = || then.pixels().zip(now.pixels());
+    let differing = pairs().filter(|(a, b)| a != b).count();
+    let apart = || pairs().flat_map(|(a, b)| (0..3).map(move |c| a.0[c].abs_diff(b.0[c])));
+    let count = f64::from(then.width()) * f64::from(then.height());
+    let mse = apart().map(|d| f64::from(d).powi(2)).sum::<f64>() / (3.0 * count).max(1.0);
+    Difference {
+        differing_percent: 100.0 * differing as f64 / count.max(1.0),
+        largest: apart().max().unwrap_or(0),
+        psnr_db: (mse > 0.0).then(|| 10.0 * (255.0f64.powi(2) / mse).log10()),
+    }
+}
+
+fn tell(reports: &[Report], pages: &[PathBuf], args: &Args, console: &Console) -> anyhow::Result<()> {
+    console.object(&serde_json::json!({ "stimuli": reports, "pages": pages }))?;
+    for report in reports.iter().filter(|r| !args.check || !r.same_bytes) {
+        let how = match (&report.same_bytes, &report.difference) {
+            (true, _) => "the same bytes as the participant was shown".to_owned(),
+            (false, Some(d)) => format!(
+                "differs in {}: {:.3} % of the pixels, by {} of 255 at the most, PSNR {}",
+                report.differing.join(", "),
+                d.differing_percent,
+                d.largest,
+                d.psnr_db.map_or_else(|| "without end".to_owned(), |db| format!("{db:.1} dB"))
+            ),
+            (false, None) => {
+                format!("differs in {}; the stimulus of that day is not in the store", report.differing.join(", "))
+            }
+        };
+        let why = if report.same_key { "" } else { " (another scene, build, setting or kind of device)" };
+        console.line(format!("{}: {}: {how}{why}", report.what, report.label));
+    }
+    if !reports.is_empty() {
+        let same = reports.iter().filter(|r| r.same_bytes).count();
+        console.line(format!("{same} of {} stimuli came out byte for byte", reports.len()));
+    }
+    pages.iter().for_each(|page| console.line(format!("page: {}", page.display())));
+    let differing = reports.iter().filter(|r| !r.same_bytes).count();
+    anyhow::ensure!(differing == 0, "{differing} stimuli differ from what was shown");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_compared_by_pixels_and_by_value() {
+        let then = image::RgbImage::from_pixel(4, 2, image::Rgb([10, 20, 30]));
+        let same = compare(&then, &then);
+        assert_eq!(same, Difference { differing_percent: 0.0, largest: 0, psnr_db: None });
+        let mut now = then.clone();
+        now.put_pixel(1, 1, image::Rgb([10, 22, 30]));
+        let found = compare(&then, &now);
+        assert_eq!((found.differing_percent, found.largest), (12.5, 2));
+        // 4 / 24 of squared error on average.
+        let expected = 10.0 * (255.0f64.powi(2) / (4.0 / 24.0)).log10();
+        assert!((found.psnr_db.unwrap() - expected).abs() < 1e-9);
+    }
+}
