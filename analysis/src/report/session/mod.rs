@@ -31,6 +31,9 @@ pub fn session_page(told: &Told, pictures: &BTreeMap<u32, Vec<u8>>) -> String {
     out += "<div class=\"player\"><figure class=\"stage\"><img alt=\"\"><div class=\"words\"></div></figure>\
             <p class=\"now\"></p><input type=\"range\" min=\"0\" step=\"any\" value=\"0\" aria-label=\"time of the session\">\
             <svg class=\"line\" role=\"img\" aria-label=\"what stood when\"></svg>\
+            <p class=\"legend\">From the top: <b class=\"phase\">phases</b> and <b class=\"pause\">pauses</b>, \
+            <b class=\"stimulus\">stimuli</b>, <b class=\"panel\">panels</b>, answers, and \
+            <b class=\"bad\">what went wrong</b>.</p>\
             <p><button class=\"play\">Play</button> <label>speed <select><option>1</option><option>2</option>\
             <option selected>5</option><option>20</option><option>60</option></select></label></p></div>";
     let shown = |display: &crate::journal::record::Display| {
