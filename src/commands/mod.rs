@@ -17,6 +17,7 @@ mod display;
 mod doctor;
 #[cfg(feature = "gpu")]
 mod live;
+mod outside;
 #[cfg(feature = "gpu")]
 mod path;
 mod pictures;
@@ -36,9 +37,11 @@ pub mod study;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use cyclopean_analysis::{escape, terminal};
 
 use crate::console::Console;
 use crate::scene::SceneError;
+use crate::study::validate::StudyError;
 
 /// A request that can never work as written, whatever the machine: exit code 2.
 #[derive(Debug, thiserror::Error)]
@@ -103,10 +106,15 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
 /// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.
 pub fn main() -> ExitCode {
     crate::console::start();
-    match dispatch(Cli::parse()) {
+    let cli = Cli::try_parse().unwrap_or_else(|error| terminal::exit_usage(&error));
+    match dispatch(cli).and_then(|()| Ok(crate::console::finish()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", one_sentence(&error));
+            let text = terminal::one_sentence(error.as_ref());
+            // The problems of a study file stand a line each, and each is one line.
+            let lines = error.downcast_ref::<StudyError>().is_some();
+            let text = if lines { escape::terminal(&text) } else { escape::line(&text) };
+            terminal::say(&format!("error: {text}\n"));
             ExitCode::from(if is_wrong_usage(&error) { 2 } else { 1 })
         }
     }
@@ -116,19 +124,4 @@ pub fn main() -> ExitCode {
 fn is_wrong_usage(error: &anyhow::Error) -> bool {
     let is_light = error.downcast_ref::<SceneError>().is_some_and(|e| matches!(e, SceneError::Light { .. }));
     is_light || error.downcast_ref::<WrongUsage>().is_some()
-}
-
-/// The chain of causes, without the parts that an outer message already quotes.
-fn one_sentence(error: &anyhow::Error) -> String {
-    let mut text = String::new();
-    for cause in error.chain() {
-        let cause = cause.to_string();
-        if text.is_empty() {
-            text = cause;
-        } else if !text.contains(&cause) {
-            text.push_str(": ");
-            text.push_str(&cause);
-        }
-    }
-    text
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::escape;
+use cyclopean_analysis::files::{self, MOST_TEXT};
 use cyclopean_analysis::journal::record::Shown;
 
 use super::definition::{ConditionSpec, Definition, Layout, OrderKind, Task};
@@ -38,12 +40,18 @@ pub enum StudyError {
     Invalid { path: PathBuf, problems: Vec<Problem> },
 }
 
+/// Nobody mends more at a time.
+const MOST_SHOWN: usize = 100;
+
 fn list(problems: &[Problem]) -> String {
     match problems {
-        [one] => one.to_string(),
+        [one] => escape::line(&one.to_string()).into_owned(),
         many => {
-            let lines: String = many.iter().map(|p| format!("\n  {p}")).collect();
-            format!("{} problems{lines}", many.len())
+            let shown = many.iter().take(MOST_SHOWN);
+            let lines: String = shown.map(|p| format!("\n  {}", escape::line(&p.to_string()))).collect();
+            let more = many.len().saturating_sub(MOST_SHOWN);
+            let more = if more > 0 { format!("\n  and {more} more") } else { String::new() };
+            format!("{} problems{lines}{more}", many.len())
         }
     }
 }
@@ -63,7 +71,8 @@ pub struct Study {
 /// # Errors
 /// [`StudyError`] with every problem found.
 pub fn load(path: &Path) -> Result<Study, StudyError> {
-    let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
+    let text =
+        files::read_text(path, MOST_TEXT).map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
     parse(path, text)
 }
 

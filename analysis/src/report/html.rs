@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::document::{Block, document};
 use super::input::ReportInput;
-use super::svg::escape;
+use crate::escape::html as escape;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::display::{DisplayError, StimulusFiles};
 use crate::gpu::{Gpu, Image, ImageDesc};
+use crate::picture;
 
 /// Both eyes' display values, layer 0 left, 1 right.
 pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> Result<Vec<Image>, DisplayError> {
@@ -14,7 +15,7 @@ pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> 
         .iter()
         .map(|files| {
             let name = files.sbs_png.display();
-            let sbs = image::open(&files.sbs_png).map_err(|e| failed(format!("{name}: {e}")))?.into_rgba8();
+            let sbs = picture::read_png(&files.sbs_png).map_err(|e| failed(e.to_string()))?;
             let (width, height) = (sbs.width() / 2, sbs.height());
             if width == 0 || height == 0 {
                 return Err(failed(format!("{name}: has no left and right half")));
