@@ -13,6 +13,7 @@
 //! | [`report`], [`export`], [`inspect`] | pages and tables, other people's formats, a journal's health |
 //! | [`files`] | the one way to read a file, and the one way to write one |
 //! | [`escape`], [`terminal`] | what may not reach a terminal, a table or a page as it stands; printing |
+//! | [`manual`] | shell completions and manual pages of a program |
 //!
 //! ```
 //! use cyclopean_analysis::data::{Builder, Columns, Selection, tidy};
@@ -41,6 +42,7 @@ pub mod friedman;
 pub mod inspect;
 pub mod interval;
 pub mod journal;
+pub mod manual;
 pub mod mos;
 pub mod numbers;
 pub mod power;

@@ -36,7 +36,8 @@ pub mod study;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use cyclopean_analysis::manual::{Completions, Manual};
 use cyclopean_analysis::{escape, terminal};
 
 use crate::console::Console;
@@ -78,6 +79,10 @@ enum Command {
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
+    /// Print a script that completes this program's command line in a shell.
+    Completions(Completions),
+    /// Write this program's manual pages.
+    Man(Manual),
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
@@ -100,6 +105,13 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),
+        Command::Completions(completions) => Ok(completions.print(Cli::command())?),
+        Command::Man(manual) => {
+            let pages = manual.write(Cli::command())?;
+            console.object(&serde_json::json!({ "files": pages }))?;
+            pages.iter().for_each(|page| console.line(page.display().to_string()));
+            Ok(())
+        }
     }
 }
 

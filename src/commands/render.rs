@@ -182,6 +182,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let ao = args.reach.settings(args.ao)?;
     let scene = Arc::new(scene::load_with(&args.scene, args.outside.loading())?);
     let view = device::view(&scene, args.view.as_deref())?;
+    let path = args.path.as_deref().map(|name| super::path::head_path(&scene, view, name)).transpose()?;
     let gpu = device::open(args.device.as_deref())?;
     let size = device::size_or_default(&gpu, args.size, console);
     let method = device::samples_or_default(&gpu, method, args.spp, console);
@@ -202,9 +203,8 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         ao,
         ..device::settings(size, args.seed)
     };
-    if let Some(name) = &args.path {
-        let path = super::path::head_path(&scene, view, name)?;
-        let (scene, path, out) = (&scene, &path, args.out.as_path());
+    if let Some(path) = &path {
+        let (scene, out) = (&scene, args.out.as_path());
         let of = Sequence { scene, view, path, frames: args.frames, method: &method, settings: &settings, out };
         return sequence::run(&gpu, &of, console);
     }

@@ -40,7 +40,7 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
         }
         if above >= MOST_DEPTH {
             let label = label(node, index);
-            return Err(format!("{label} has more than {MOST_DEPTH} nodes above it, itself counted; that is not read"));
+            return Err(format!("{label} has {above} nodes above it; a tree of at most {MOST_DEPTH} levels is read"));
         }
         let (world_from_parent, parent_visible) =
             parent.map_or((DAffine3::IDENTITY, true), |p| (out[p].world_from_node, out[p].visible));
