@@ -163,7 +163,7 @@ fn judge(case: &Case) -> Option<String> {
             "no file is named"
         }
         Some(1 | 2) if said.chars().chain(out.chars()).any(|c| c.is_control() && c != '\n') => "a control is printed",
-        Some(1 | 2) if said.len() > 4000 => "an endless sentence",
+        Some(1 | 2) if said.chars().count() > 4000 => "an endless sentence",
         Some(1 | 2) => return None,
         Some(_) => "another exit code",
     };

@@ -49,10 +49,10 @@ pub fn json(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// For HTML and SVG, as text or within a quoted attribute.
+/// For HTML and SVG, as text of one line or within a quoted attribute.
 pub fn html(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in terminal(text).chars() {
+    for c in line(text).chars() {
         match c {
             '&' => out += "&amp;",
             '<' => out += "&lt;",

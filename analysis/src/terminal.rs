@@ -35,7 +35,7 @@ pub fn say(page: &str) {
 }
 
 /// An error with its causes as one sentence, without the parts that an outer message already quotes.
-pub fn one_sentence(error: &(dyn Error + 'static)) -> String {
+fn one_sentence(error: &(dyn Error + 'static)) -> String {
     let mut text = String::new();
     for cause in std::iter::successors(Some(error), |e| (*e).source()).map(ToString::to_string) {
         if text.is_empty() {
@@ -46,6 +46,22 @@ pub fn one_sentence(error: &(dyn Error + 'static)) -> String {
         }
     }
     text
+}
+
+/// In characters. What a message quotes may be as long as a file.
+const LONGEST_ERROR: usize = 3000;
+
+/// Prints what went wrong to standard error, as one line: an error with its causes. Of an endless one, both ends.
+pub fn say_error(program: &str, error: &(dyn Error + 'static)) {
+    let text = one_sentence(error);
+    let text = escape::line(&text);
+    let length = text.chars().count();
+    if length <= LONGEST_ERROR {
+        return say(&format!("{program}: {text}\n"));
+    }
+    let cut = |characters: usize| text.char_indices().nth(characters).map_or(text.len(), |(at, _)| at);
+    let (head, tail) = (cut(LONGEST_ERROR - 500), cut(length - 500));
+    say(&format!("{program}: {} … {}\n", &text[..head], &text[tail..]));
 }
 
 /// Ends the program as the command line's parser asks: help and version go to standard output, mistakes to standard error.

@@ -67,7 +67,7 @@ fn judge(done: &Output, named: &str) -> Option<String> {
         (!said.starts_with("mos: "), "no error is said"),
         (!said.contains(named), "no file is named"),
         (said.chars().any(|c| c.is_control() && c != '\n'), "a control is printed"),
-        (said.len() > 4000, "an endless sentence"),
+        (said.chars().count() > 4000, "an endless sentence"),
     ];
     let wrong = fails.iter().find(|f| f.0)?;
     Some(format!("{} ({:?}): {}", wrong.1, done.status.code(), said.chars().take(300).collect::<String>()))

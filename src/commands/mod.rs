@@ -38,7 +38,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use cyclopean_analysis::manual::{Completions, Manual};
-use cyclopean_analysis::{escape, terminal};
+use cyclopean_analysis::terminal;
 
 use crate::console::Console;
 use crate::scene::SceneError;
@@ -122,11 +122,11 @@ pub fn main() -> ExitCode {
     match dispatch(cli).and_then(|()| Ok(crate::console::finish()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let text = terminal::one_sentence(error.as_ref());
-            // The problems of a study file stand a line each, and each is one line.
-            let lines = error.downcast_ref::<StudyError>().is_some();
-            let text = if lines { escape::terminal(&text) } else { escape::line(&text) };
-            terminal::say(&format!("error: {text}\n"));
+            match error.downcast_ref::<StudyError>() {
+                // The problems of a study file stand a line each, and each is one line already.
+                Some(error @ StudyError::Invalid { .. }) => terminal::say(&format!("error: {error}\n")),
+                _ => terminal::say_error("error", error.as_ref()),
+            }
             ExitCode::from(if is_wrong_usage(&error) { 2 } else { 1 })
         }
     }

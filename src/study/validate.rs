@@ -36,7 +36,7 @@ pub enum StudyError {
         #[source]
         source: std::io::Error,
     },
-    #[error("{}: {}", path.display(), list(problems))]
+    #[error("{}: {}", escape::line(&path.to_string_lossy()), list(problems))]
     Invalid { path: PathBuf, problems: Vec<Problem> },
 }
 

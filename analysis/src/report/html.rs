@@ -59,7 +59,8 @@ fn write_block(out: &mut String, block: &Block) {
             base64(png)
         ),
         Block::Details { summary, body } => {
-            write!(out, "<details><summary>{}</summary><pre>{}</pre></details>", escape(summary), escape(body))
+            let body: Vec<String> = body.lines().map(|line| escape(&line.replace('\t', "    "))).collect();
+            write!(out, "<details><summary>{}</summary><pre>{}</pre></details>", escape(summary), body.join("\n"))
         }
     };
 }
