@@ -1,8 +1,11 @@
 //! What a command says and when it must stop: results on stdout, everything else on stderr.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+
+use cyclopean_analysis::{escape, terminal};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -11,7 +14,7 @@ pub fn start() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("CYCLOPEAN_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,winit=error"));
     // A second call (tests) keeps the first subscriber.
-    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().try_init();
+    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(|| Log).without_time().try_init();
     let handler = || {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             // Asked twice: whole files are guaranteed by rename, so leaving now loses nothing finished.
@@ -21,6 +24,33 @@ pub fn start() {
     if let Err(error) = ctrlc::set_handler(handler) {
         tracing::warn!("Ctrl-C will end the program at once: {error}");
     }
+}
+
+/// Standard error for the log: where nobody reads it any more, nothing can be said of that either.
+struct Log;
+
+impl Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let _ = io::stderr().lock().write_all(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The first result that could not be printed.
+static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// A result could not be printed.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to standard output: {0}")]
+pub struct Unprinted(#[source] io::Error);
+
+/// Fails when a result did not reach standard output; a reader who has gone (`… | head`) wanted no more.
+pub fn finish() -> Result<(), Unprinted> {
+    FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take().map_or(Ok(()), |e| Err(Unprinted(e)))
 }
 
 /// Ctrl-C was pressed: long work stops at its next whole step.
@@ -52,21 +82,28 @@ impl Console {
     /// A line of the human result; silent under `--json`.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.json {
-            print(text.as_ref());
+            keep(terminal::print(&format!("{}\n", escape::line(text.as_ref()))));
+        }
+    }
+
+    /// Lines of the human result that were made elsewhere, each name in them one line already.
+    pub fn page(&self, text: impl AsRef<str>) {
+        if !self.json {
+            keep(terminal::print(&format!("{}\n", text.as_ref())));
         }
     }
 
     /// The JSON result; silent otherwise.
     pub fn object(&self, value: &impl serde::Serialize) -> Result<(), serde_json::Error> {
         if self.json {
-            print(&serde_json::to_string(value)?);
+            keep(terminal::print_json(&format!("{}\n", serde_json::to_string(value)?)));
         }
         Ok(())
     }
 
     /// A line about the work, on stderr.
     pub fn note(&self, text: impl AsRef<str>) {
-        eprintln!("{}", text.as_ref());
+        terminal::say(&format!("{}\n", escape::line(text.as_ref())));
     }
 
     /// Progress over `total` steps: a bar on a terminal, a plain line every few seconds elsewhere; on stderr.
@@ -82,10 +119,11 @@ impl Console {
     }
 }
 
-/// A line on stdout. A reader that has gone (`… | head`) is no failure of ours.
-fn print(text: &str) {
-    use std::io::Write as _;
-    let _ = writeln!(std::io::stdout().lock(), "{text}");
+/// What was not printed is said at the end: the work goes on, for its files.
+fn keep(printed: io::Result<()>) {
+    if let Err(error) = printed {
+        FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
+    }
 }
 
 /// See [`Console::progress`].
@@ -107,6 +145,7 @@ impl Progress {
     /// `done` steps are done in all.
     pub fn advance_to(&mut self, done: u64, detail: &str) {
         self.done = done;
+        let detail = escape::line(detail);
         if let Some(bar) = &self.bar {
             bar.set_message(format!("{} {detail}", self.what));
             bar.set_position(done);
@@ -118,7 +157,7 @@ impl Progress {
             self.said = Some(now);
             let left =
                 self.started.elapsed().as_secs_f64() / self.done as f64 * (self.total.saturating_sub(self.done)) as f64;
-            eprintln!("{}: {}/{} {detail}, {left:.0} s left", self.what, self.done, self.total);
+            terminal::say(&format!("{}: {}/{} {detail}, {left:.0} s left\n", self.what, self.done, self.total));
         }
     }
 }

@@ -1,11 +1,15 @@
 //! Stereo pictures on disk: multi-view OpenEXR (linear) and side-by-side PNG (display). No GPU needed.
 
+use std::fmt::Display;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use cyclopean_analysis::files::{self, WriteError};
+use cyclopean_analysis::files::{self, MOST_DATA, WriteError};
 use exr::prelude as exr_io;
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _, ReadLayers as _,
+    WritableImage,
+};
 
 use crate::scene::Eye;
 
@@ -85,13 +89,61 @@ pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
     Ok(files::write_bytes(path, bytes.get_ref())?)
 }
 
+/// More than 24 channels of 16 million pixels: a header of a few bytes may claim any number.
+const MOST_SAMPLES: u64 = 1 << 29;
+
+/// A file's bytes and what its head says.
+fn exr_bytes(path: &Path) -> Result<(Vec<u8>, exr::meta::MetaData), PictureError> {
+    let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
+    // A picture is larger than its samples by a head, whatever the compression.
+    let bytes = files::read(path, 4 * MOST_SAMPLES + MOST_DATA).map_err(|e| fail(&e))?;
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(|e| fail(&e))?;
+    Ok((bytes, meta))
+}
+
+/// Reads a PNG as RGBA bytes, such as a stimulus's two eyes side by side.
+///
+/// # Errors
+/// [`PictureError::Read`] when the file is no PNG, or one that unpacks to more than 512 MiB.
+pub fn read_png(path: &Path) -> Result<image::RgbaImage, PictureError> {
+    let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
+    let bytes = files::read(path, MOST_DATA).map_err(|e| fail(&e))?;
+    // The reader's own limits hold: 512 MiB.
+    let decoded = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png).decode();
+    Ok(decoded.map_err(|e| fail(&e))?.into_rgba8())
+}
+
+/// Width and height of a PNG, from its head alone.
+///
+/// # Errors
+/// [`PictureError::Read`] when the file is no PNG.
+pub fn png_size(path: &Path) -> Result<(u32, u32), PictureError> {
+    let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
+    let file = std::io::BufReader::new(files::open(path).map_err(|e| fail(&e))?);
+    image::ImageReader::with_format(file, image::ImageFormat::Png).into_dimensions().map_err(|e| fail(&e))
+}
+
 /// Reads the colour of both views; `layer` may name another part (`reflection`).
 ///
 /// # Errors
 /// [`PictureError::Read`] when the file is no EXR or lacks a channel.
 pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError> {
     let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
-    let image = exr_io::read_first_flat_layer_from_file(path).map_err(|e| fail(e.to_string()))?;
+    let (bytes, meta) = exr_bytes(path)?;
+    let samples =
+        |h: &exr::meta::header::Header| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64);
+    let claimed = meta.headers.iter().fold(0u64, |sum, h| sum.saturating_add(samples(h)));
+    if claimed > MOST_SAMPLES {
+        return Err(fail(format!("it claims {claimed} samples, and at most {MOST_SAMPLES} are read")));
+    }
+    let image = exr_io::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| fail(e.to_string()))?;
     let data = &image.layer_data;
     let (width, height) = (data.size.0, data.size.1);
     let mut eyes = [Vec::new(), Vec::new()];
@@ -115,8 +167,7 @@ pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError>
 /// # Errors
 /// [`PictureError::Read`] when the file is no EXR.
 pub fn has_layer(path: &Path, layer: &str) -> Result<bool, PictureError> {
-    let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
-    let meta = exr::meta::MetaData::read_from_file(path, false).map_err(|e| fail(e.to_string()))?;
+    let (_, meta) = exr_bytes(path)?;
     let name = channel_name(layer, Eye::Left, "R");
     let mut channels = meta.headers.iter().flat_map(|h| &h.channels.list);
     Ok(channels.any(|c| c.name.eq_case_insensitive(&name)))

@@ -68,6 +68,23 @@ const UNNAMED_RANDOMNESS: &[&str] = &[
     "rand::random_range",
 ];
 
+/// Opens whatever a name leads to and reads it to its end, if it has one.
+const READING: &[&str] = &[
+    "File::open",
+    "fs::read",
+    "fs::read_to_string",
+    "std::fs::read",
+    "std::fs::read_to_string",
+    "std::fs::File::open",
+    "image::open",
+    "from_file",
+    "read_from_file",
+    "read_first_flat_layer_from_file",
+];
+
+/// Prints as it stands, and panics where nobody reads.
+const PRINTING: &[&str] = &["println", "eprintln", "eprint"];
+
 /// Functions of their arguments: sources whose path begins so name no clock, file, thread, process or environment.
 const PURE: &[&str] = &["src/study/protocol/", "src/study/order", "src/study/plan", "src/study/random"];
 const OUTSIDE_WORLD: &[&str] = &[
@@ -511,6 +528,23 @@ fn randomness_has_a_name() {
         found.into_iter().map(|(line, word)| format!("{path}:{line}: `{word}` cannot be drawn again")).collect()
     };
     none(rust().into_iter().flat_map(named).collect());
+}
+
+/// Names of what the programs are made of, without their tests, that are among `words`; `exempt` is the one place.
+fn past_the_one_way(words: &[&str], exempt: &str) -> Vec<String> {
+    let own = [sources("src", &["rs"]), sources("analysis/src", &["rs"])].concat();
+    assert!(own.iter().any(|(path, _)| path == exempt), "{exempt} is gone");
+    let named = |(path, text): (String, String)| -> Vec<String> {
+        let text = text.split("\n#[cfg(test)]").next().unwrap_or_default();
+        naming(text, words).iter().map(|(line, word)| format!("{path}:{line}: `{word}`; see {exempt}")).collect()
+    };
+    own.into_iter().filter(|(path, _)| path != exempt).flat_map(named).collect()
+}
+
+#[test]
+fn files_are_read_and_words_are_printed_in_one_way() {
+    none(past_the_one_way(READING, "analysis/src/files.rs"));
+    none(past_the_one_way(PRINTING, "analysis/src/terminal.rs"));
 }
 
 #[test]

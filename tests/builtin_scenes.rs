@@ -20,7 +20,10 @@ const TABLE_1: [(&str, f32, f32, f32); 5] = [
 /// Low detail: the same materials, views and lights in less time; each loaded once.
 fn coarse(name: &str) -> &'static Scene {
     static SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
-        let load = |name: &&str| scene::load_with_detail(name, Some(0.02)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let load = |name: &&str| {
+            scene::load_with(name, scene::Loading { detail: Some(0.02), ..Default::default() })
+                .unwrap_or_else(|e| panic!("{name}: {e}"))
+        };
         builtin::NAMES.iter().map(load).collect()
     });
     SCENES.iter().find(|s| s.name == name).expect("a built-in scene")

@@ -11,6 +11,9 @@
 //! | [`equivalence`], [`friedman`], [`preference`] | two one-sided tests, several conditions, forced choices |
 //! | [`screen`], [`power`] | observers, planning and coverage |
 //! | [`report`], [`export`], [`inspect`] | pages and tables, other people's formats, a journal's health |
+//! | [`files`] | the one way to read a file, and the one way to write one |
+//! | [`escape`], [`terminal`] | what may not reach a terminal, a table or a page as it stands; printing |
+//! | [`manual`] | shell completions and manual pages of a program |
 //!
 //! ```
 //! use cyclopean_analysis::data::{Builder, Columns, Selection, tidy};
@@ -32,12 +35,14 @@ pub mod contrast;
 pub mod data;
 pub mod equivalence;
 pub mod error;
+pub mod escape;
 pub mod export;
 pub mod files;
 pub mod friedman;
 pub mod inspect;
 pub mod interval;
 pub mod journal;
+pub mod manual;
 pub mod mos;
 pub mod numbers;
 pub mod power;
@@ -45,6 +50,7 @@ pub mod preference;
 pub mod report;
 pub mod screen;
 pub mod special;
+pub mod terminal;
 pub mod wilcoxon;
 
 pub use error::{Error, Result};

@@ -5,14 +5,14 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::Parser;
-use cyclopean_analysis::Error;
+use cyclopean_analysis::{Error, terminal};
 
 fn main() -> ExitCode {
-    let arguments = commands::Arguments::parse_from(arguments());
+    let arguments = commands::Arguments::try_parse_from(arguments()).unwrap_or_else(|e| terminal::exit_usage(&e));
     match commands::run(arguments) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("mos: {error}");
+            terminal::say_error("mos", error.as_ref());
             let usage = matches!(error.downcast_ref(), Some(Error::Usage(_)));
             ExitCode::from(if usage { 2 } else { 1 })
         }

@@ -9,6 +9,8 @@ use super::WrongUsage;
 use super::ao::Reach;
 #[cfg(feature = "gpu")]
 use super::device::{self, Size};
+#[cfg(feature = "gpu")]
+use super::outside::Outside;
 use super::pictures::{self, Display};
 #[cfg(feature = "gpu")]
 use crate::compare::{self, Failure, Options, ao, sequence};
@@ -45,6 +47,8 @@ pub struct Args {
 #[cfg(feature = "gpu")]
 #[derive(Debug, clap::Args)]
 struct SceneArgs {
+    #[command(flatten)]
+    outside: Outside,
     /// What is compared: reflections, or ways to occlude ambient light (--seeds, --size, --view, -o and --device as ever).
     #[arg(long, value_enum, default_value_t = Effect::Reflections)]
     effect: Effect,
@@ -220,9 +224,10 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
         out: of.out.clone(),
         sheets: of.sheets,
+        loading: of.outside.loading(),
     };
     let report = compare::compare(&gpu, scenes, &options, console)?;
-    console.line(compare::markdown(&report));
+    console.page(compare::markdown(&report));
     for name in ["compare.json", "compare.md"] {
         console.line(format!("  {}", of.out.join(name).display()));
     }
@@ -249,9 +254,10 @@ fn compare_sequences(
         frames: of.frames,
         view: of.view.clone(),
         out: of.out.clone(),
+        loading: of.outside.loading(),
     };
     let report = sequence::compare(gpu, scenes, &options, console)?;
-    console.line(sequence::markdown(&report));
+    console.page(sequence::markdown(&report));
     for name in ["sequence.json", "sequence.md"] {
         console.line(format!("  {}", of.out.join(name).display()));
     }
@@ -271,9 +277,10 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
         poses: of.poses,
         view: of.view.clone(),
         out: of.out.clone(),
+        loading: of.outside.loading(),
     };
     let report = ao::compare(&gpu, scenes, &options, console)?;
-    console.line(ao::markdown(&report));
+    console.page(ao::markdown(&report));
     for name in ["ao.json", "ao.md"] {
         console.line(format!("  {}", of.out.join(name).display()));
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use cyclopean_analysis::data::Selection;
-use cyclopean_analysis::files;
+use cyclopean_analysis::files::{self, MOST_DATA};
 use cyclopean_analysis::journal::record::Kind;
 use cyclopean_analysis::report::{self, Figure, ReportInput, ReportOptions};
 
@@ -100,9 +100,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     files::write_bytes(&page, report::html(&input).as_bytes())?;
     let tables: Vec<_> = input.studies.iter().map(|s| s.all.table.to_json()).collect();
     for study in &input.studies {
-        console.line(report::text::grid(&study.all.table));
+        console.page(report::text::grid(&study.all.table));
         if let Some(preference) = &study.all.preference {
-            console.line(report::text::winners(preference));
+            console.page(report::text::winners(preference));
         }
     }
     console.line(format!("report: {}", page.display()));
@@ -178,7 +178,8 @@ fn figures(studies: &[Study], store: &Store, renderer: &GpuStimuli) -> anyhow::R
             }
             let key = renderer.identity(&request)?;
             let Some(stored) = store.check(&key)? else { continue };
-            let png = std::fs::read(stored.folder.join("sbs.png")).context("a prepared still cannot be read")?;
+            let png =
+                files::read(&stored.folder.join("sbs.png"), MOST_DATA).context("a prepared still cannot be read")?;
             figures.push(Figure { caption: format!("{} (left eye, right eye)", request.label()), png });
             seen.push(request);
         }

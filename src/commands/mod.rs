@@ -17,6 +17,7 @@ mod display;
 mod doctor;
 #[cfg(feature = "gpu")]
 mod live;
+mod outside;
 #[cfg(feature = "gpu")]
 mod path;
 mod pictures;
@@ -36,10 +37,13 @@ pub mod study;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use cyclopean_analysis::manual::{Completions, Manual};
+use cyclopean_analysis::terminal;
 
 use crate::console::Console;
 use crate::scene::SceneError;
+use crate::study::validate::StudyError;
 
 /// A request that can never work as written, whatever the machine: exit code 2.
 #[derive(Debug, thiserror::Error)]
@@ -76,6 +80,10 @@ enum Command {
     Prepare(prepare::Args),
     Run(run::Args),
     Study(study::Args),
+    /// Print a script that completes this program's command line in a shell.
+    Completions(Completions),
+    /// Write this program's manual pages.
+    Man(Manual),
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<()> {
@@ -98,16 +106,28 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         Command::Prepare(args) => prepare::run(args, &console),
         Command::Run(args) => run::run(args, &console),
         Command::Study(args) => study::run(args, &console),
+        Command::Completions(completions) => Ok(completions.print(Cli::command())?),
+        Command::Man(manual) => {
+            let pages = manual.write(Cli::command())?;
+            console.object(&serde_json::json!({ "files": pages }))?;
+            pages.iter().for_each(|page| console.line(page.display().to_string()));
+            Ok(())
+        }
     }
 }
 
 /// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.
 pub fn main() -> ExitCode {
     crate::console::start();
-    match dispatch(Cli::parse()) {
+    let cli = Cli::try_parse().unwrap_or_else(|error| terminal::exit_usage(&error));
+    match dispatch(cli).and_then(|()| Ok(crate::console::finish()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", one_sentence(&error));
+            match error.downcast_ref::<StudyError>() {
+                // The problems of a study file stand a line each, and each is one line already.
+                Some(error @ StudyError::Invalid { .. }) => terminal::say(&format!("error: {error}\n")),
+                _ => terminal::say_error("error", error.as_ref()),
+            }
             ExitCode::from(if is_wrong_usage(&error) { 2 } else { 1 })
         }
     }
@@ -117,19 +137,4 @@ pub fn main() -> ExitCode {
 fn is_wrong_usage(error: &anyhow::Error) -> bool {
     let is_light = error.downcast_ref::<SceneError>().is_some_and(|e| matches!(e, SceneError::Light { .. }));
     is_light || error.downcast_ref::<WrongUsage>().is_some()
-}
-
-/// The chain of causes, without the parts that an outer message already quotes.
-fn one_sentence(error: &anyhow::Error) -> String {
-    let mut text = String::new();
-    for cause in error.chain() {
-        let cause = cause.to_string();
-        if text.is_empty() {
-            text = cause;
-        } else if !text.contains(&cause) {
-            text.push_str(": ");
-            text.push_str(&cause);
-        }
-    }
-    text
 }

@@ -1,15 +1,15 @@
 //! The head path that a command follows: one of the scene's, or one that was recorded.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::Path;
 
 use anyhow::Context as _;
+use cyclopean_analysis::files::{self, MOST_DATA};
 use glam::{DQuat, DVec3};
 
 use super::WrongUsage;
 use crate::scene::{HeadKey, HeadPath, Scene, View};
-use crate::study::poses::{self, PoseLine};
+use crate::study::poses::{self, LONGEST_LINE, PoseLine};
 
 /// Frames a second of a recorded path: a headset's.
 const RECORDED_RATE_HZ: f64 = 90.0;
@@ -31,11 +31,14 @@ pub fn head_path(scene: &Scene, view: &View, name: &str) -> anyhow::Result<HeadP
 
 /// Where the recorded head moved from its first pose, the scene moves from the view; up stays up.
 fn recorded(file: &Path, view: &View) -> anyhow::Result<HeadPath> {
-    let lines = BufReader::new(File::open(file)?).lines();
+    let source = files::open(file)?;
+    let length = source.metadata()?.len();
+    anyhow::ensure!(length <= MOST_DATA, "it has {length} bytes, and at most {MOST_DATA} are read");
+    let lines = files::lines(BufReader::new(source), LONGEST_LINE);
     let mut keys: Vec<HeadKey> = Vec::new();
     let mut start: Option<(DVec3, DQuat)> = None;
     for (number, line) in lines.enumerate() {
-        let line = line?;
+        let line = line.with_context(|| format!("line {}", number + 1))?;
         let parsed: PoseLine = serde_json::from_str(&line).with_context(|| format!("line {}", number + 1))?;
         let PoseLine::Pose(pose) = parsed else { continue };
         let position = DVec3::from_array(pose.position.map(f64::from));

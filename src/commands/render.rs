@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Context as _;
 use clap::Args as ClapArgs;
-use cyclopean_analysis::files;
+use cyclopean_analysis::{escape, files};
 use serde::Serialize;
 
 use crate::console::{Console, check_interrupted};
@@ -22,6 +22,7 @@ use crate::scene::{self, Fallback};
 use super::WrongUsage;
 use super::ao::Reach;
 use super::device::{self, Size};
+use super::outside::Outside;
 use super::sequence::{self, Sequence};
 
 /// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json. With --path, a sequence of them.
@@ -30,6 +31,8 @@ use super::sequence::{self, Sequence};
 pub struct Args {
     /// A built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
+    #[command(flatten)]
+    outside: Outside,
     /// A method's name, or NAME@N for N rays a pixel.
     #[arg(long, short)]
     method: String,
@@ -177,8 +180,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         return Err(WrongUsage(format!("--edge-fade {} is outside 0 to 0.5", args.edge_fade)).into());
     }
     let ao = args.reach.settings(args.ao)?;
-    let scene = Arc::new(scene::load(&args.scene)?);
+    let scene = Arc::new(scene::load_with(&args.scene, args.outside.loading())?);
     let view = device::view(&scene, args.view.as_deref())?;
+    let path = args.path.as_deref().map(|name| super::path::head_path(&scene, view, name)).transpose()?;
     let gpu = device::open(args.device.as_deref())?;
     let size = device::size_or_default(&gpu, args.size, console);
     let method = device::samples_or_default(&gpu, method, args.spp, console);
@@ -199,9 +203,8 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         ao,
         ..device::settings(size, args.seed)
     };
-    if let Some(name) = &args.path {
-        let path = super::path::head_path(&scene, view, name)?;
-        let (scene, path, out) = (&scene, &path, args.out.as_path());
+    if let Some(path) = &path {
+        let (scene, out) = (&scene, args.out.as_path());
         let of = Sequence { scene, view, path, frames: args.frames, method: &method, settings: &settings, out };
         return sequence::run(&gpu, &of, console);
     }
@@ -220,7 +223,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     })?;
     drop(progress);
 
-    let stem = format!("{}_{}_{}", scene.name, view.name, method).replace(['/', '\\', ' '], "-");
+    let stem = escape::file_name(&format!("{}_{}_{}", scene.name, view.name, method));
     let files = write(&args.out, &stem, &rendered)?;
     let report = Report {
         scene: &scene.name,

@@ -1,11 +1,12 @@
 //! `cyclopean run`: one session of a study.
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::{BufRead, IsTerminal, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::ValueEnum;
 use cyclopean_analysis::journal::record::{Kind, Outcome};
+use cyclopean_analysis::terminal;
 
 use super::WrongUsage;
 use super::study::find_study;
@@ -103,7 +104,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let durability = if args.no_sync { Durability::Relaxed } else { Durability::Synced };
     let options = Options { kind, durability, frozen_sha256, disk: Disk::real() };
     if args.resume {
-        ask_to_resume(&args, &study)?;
+        ask_to_resume(&args, &study, console)?;
     }
     let begin = |info: &DisplayInfo| -> anyhow::Result<Session> {
         let start = if args.resume { Session::resume } else { Session::begin };
@@ -168,8 +169,11 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
     }
 }
 
+/// Nobody types more for yes or no.
+const MOST_ANSWER: u64 = 4096;
+
 /// States how long the session stood still and asks whether to go on.
-fn ask_to_resume(args: &Args, study: &Study) -> anyhow::Result<()> {
+fn ask_to_resume(args: &Args, study: &Study, console: &Console) -> anyhow::Result<()> {
     let place = Sessions::new(Disk::real(), &args.sessions, &study.definition.id).unfinished(&args.participant)?;
     let said = match last_words(&place.journal)? {
         Some((line, minutes)) if minutes >= 0.0 => format!("its journal ends at line {line}, {minutes:.1} minutes ago"),
@@ -179,17 +183,16 @@ fn ask_to_resume(args: &Args, study: &Study) -> anyhow::Result<()> {
         ),
         None => "nothing was shown yet".to_owned(),
     };
-    eprintln!("session {} of {}: {said}", place.session, place.participant);
+    console.note(format!("session {} of {}: {said}", place.session, place.participant));
     if args.yes {
         return Ok(());
     }
     if !std::io::stdin().is_terminal() {
         return Err(WrongUsage("--resume asks the operator; add --yes where nobody can answer".to_owned()).into());
     }
-    eprint!("Go on with it? [y/N] ");
-    std::io::stderr().flush()?;
+    terminal::say("Go on with it? [y/N] ");
     let mut answer = String::new();
-    std::io::stdin().lock().read_line(&mut answer)?;
+    std::io::stdin().lock().take(MOST_ANSWER).read_line(&mut answer)?;
     anyhow::ensure!(matches!(answer.trim(), "y" | "Y" | "yes"), "not resumed; nothing was changed");
     Ok(())
 }

@@ -7,10 +7,11 @@ use cyclopean_analysis::files::write_bytes;
 use serde_json::json;
 
 use super::WrongUsage;
+use super::outside::Outside;
 use crate::console::Console;
 use crate::scene::manifest::{Geometry, Manifest};
 use crate::scene::survey::{Survey, survey};
-use crate::scene::{self, Treatment, builtin};
+use crate::scene::{self, Loading, Treatment, builtin};
 
 /// Lists, checks and exports scenes.
 #[derive(Debug, clap::Args)]
@@ -30,6 +31,8 @@ enum Action {
         /// Scales a built-in scene's triangle count (0.01–4).
         #[arg(long)]
         detail: Option<f64>,
+        #[command(flatten)]
+        outside: Outside,
     },
     /// Writes a built-in scene as NAME.gltf with its .bin, PNG textures and manifest.
     Export {
@@ -47,7 +50,7 @@ enum Action {
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     match args.action {
         Action::List => list(console),
-        Action::Check { scene, detail } => check(&scene, detail, console),
+        Action::Check { scene, detail, outside } => check(&scene, Loading { detail, ..outside.loading() }, console),
         Action::Export { name, out, detail } => export(&name, out, detail, console),
     }
 }
@@ -71,10 +74,10 @@ fn list(console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn check(source: &str, detail: Option<f64>, console: &Console) -> anyhow::Result<()> {
-    in_range(detail)?;
+fn check(source: &str, loading: Loading, console: &Console) -> anyhow::Result<()> {
+    in_range(loading.detail)?;
     let started = std::time::Instant::now();
-    let scene = scene::load_with_detail(source, detail)?;
+    let scene = scene::load_with(source, loading)?;
     let found = survey(&scene);
     console.object(&found)?;
     say(&found, console);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context as _;
-use cyclopean_analysis::files;
+use cyclopean_analysis::{escape, files};
 use serde::Serialize;
 
 use crate::console::{Console, check_interrupted};
@@ -70,7 +70,7 @@ pub fn run(gpu: &std::rc::Rc<Gpu>, of: &Sequence<'_>, console: &Console) -> anyh
     let mut renderer = Renderer::new(gpu, Arc::clone(of.scene))?.keep_light_in(device::light_folder());
     let first = of.path.view(of.view, 0).stereo_camera(of.settings.aspect());
     let mut prepared = renderer.prepare(&first, of.method, of.settings)?;
-    let stem = format!("{}_{}_{}", of.scene.name, of.path.name, of.method).replace(['/', '\\', ' '], "-");
+    let stem = escape::file_name(&format!("{}_{}_{}", of.scene.name, of.path.name, of.method));
     let mut report = Report {
         scene: &of.scene.name,
         scene_sha256: &of.scene.content_sha256,

@@ -10,6 +10,7 @@ use cyclopean_analysis::report::session::{Told, session_page};
 
 use super::WrongUsage;
 use crate::console::{Console, check_interrupted};
+use crate::picture;
 use crate::study::show::{Again, Seen, again};
 use crate::study::store::Store;
 
@@ -153,7 +154,7 @@ fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<
 const THUMBNAIL_PX: u32 = 960;
 
 fn thumbnail(path: &Path) -> Option<Vec<u8>> {
-    let picture = image::open(path).ok()?.into_rgb8();
+    let picture = image::DynamicImage::from(picture::read_png(path).ok()?).into_rgb8();
     let (width, height) = picture.dimensions();
     let small = match width > THUMBNAIL_PX {
         true => {
@@ -176,7 +177,7 @@ fn difference(store: &Store, stimulus: &Stimulus, made: &Again) -> anyhow::Resul
     let name = made.differing.iter().find(|name| name.ends_with(".png"));
     let Some(name) = name else { return Ok(None) };
     let read = |path: PathBuf| -> anyhow::Result<image::RgbImage> {
-        Ok(image::open(&path).with_context(|| format!("cannot read {}", path.display()))?.into_rgb8())
+        Ok(image::DynamicImage::from(picture::read_png(&path)?).into_rgb8())
     };
     let (then, now) = (read(stored.folder.join(name))?, read(made.folder.join(name))?);
     Ok((then.dimensions() == now.dimensions()).then(|| compare(&then, &now)))

@@ -1,6 +1,5 @@
 //! `cyclopean study`: check and preview, freeze, and the care of journals.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -110,7 +109,8 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         Action::Schema => {
             // The schema is the JSON result itself, with and without --json.
             let text = serde_json::to_string_pretty(&schema::generate())?;
-            Ok(writeln!(std::io::stdout(), "{text}")?)
+            Console::new(false).page(text);
+            Ok(())
         }
         Action::Replay { journal } => {
             let proof = session::prove_order(&journal)?;
@@ -131,7 +131,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
                 "journal": journal, "whole_lines": found.whole_lines, "cut_bytes": found.cut_bytes,
                 "whole_lines_cut": found.whole_lines_cut, "why": found.why,
             }))?;
-            console.line(found.to_string());
+            found.lines().iter().for_each(|line| console.line(line));
             Ok(())
         }
         Action::Abandon { study, participant, sessions } => {

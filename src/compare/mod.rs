@@ -23,6 +23,7 @@ mod times;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use cyclopean_analysis::escape;
 use cyclopean_analysis::files::{self, WriteError};
 
 use crate::console::{Console, Interrupted};
@@ -129,7 +130,7 @@ fn stem(scene: &SceneReport, fallback: &str, before: usize) -> String {
 
 /// A name as the beginning of a file's name, with a count where `before` scenes have the same one.
 fn file_stem(name: &str, before: usize) -> String {
-    let stem = name.replace(['/', '\\', ' '], "-");
+    let stem = escape::file_name(name);
     if before > 0 { format!("{stem}_{}", before + 1) } else { stem }
 }
 

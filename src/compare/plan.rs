@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::render::{Method, Settings};
-use crate::scene::{Fallback, Scene};
+use crate::scene::{Fallback, Loading, Scene};
 
 /// Everything asked of a comparison besides its scenes.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ pub struct Options {
     pub out: PathBuf,
     /// Pictures and enlarged crops of every method as well.
     pub sheets: bool,
+    /// How the scenes are loaded.
+    pub loading: Loading,
 }
 
 /// What unknown rays see.

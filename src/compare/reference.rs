@@ -27,6 +27,9 @@ const SEEDS: [u32; 2] = [1_000_001, 1_000_002];
 /// Of the files' meaning, the choice of pairs included: another one is made anew.
 const VERSION: u32 = 1;
 
+/// The most bytes of a file of a reference: both eyes of the largest picture, with its layers.
+const MOST_KEPT: u64 = 16 << 30;
+
 const PICTURE: &str = "reference.exr";
 const AGAIN: &str = "again.exr";
 const PAIRS: &str = "pairs.json";
@@ -161,7 +164,8 @@ impl Reference {
         let mut hashes = BTreeMap::new();
         for name in [PICTURE, AGAIN, PAIRS] {
             let path = folder.join(name);
-            let bytes = std::fs::read(&path).map_err(|e| PictureError::Read { path, reason: e.to_string() })?;
+            let bytes =
+                files::read(&path, MOST_KEPT).map_err(|e| PictureError::Read { path, reason: e.to_string() })?;
             hashes.insert(name.to_owned(), sha256(&bytes));
         }
         let manifest = Manifest { version: VERSION, scene: scene.to_owned(), spp, files: hashes };
@@ -170,7 +174,8 @@ impl Reference {
 
     /// The stored files, or why they cannot be used.
     fn read(key: &str, folder: &Path) -> Result<Reference, String> {
-        let bytes = |name: &str| std::fs::read(folder.join(name)).map_err(|e| format!("{name} cannot be read ({e})"));
+        let bytes =
+            |name: &str| files::read(&folder.join(name), MOST_KEPT).map_err(|e| format!("{name} cannot be read ({e})"));
         let json = |e: serde_json::Error| format!("it is no JSON of ours ({e})");
         let manifest: Manifest = serde_json::from_slice(&bytes(MANIFEST)?).map_err(json)?;
         if manifest.version != VERSION {

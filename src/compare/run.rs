@@ -43,7 +43,7 @@ type Measured = [Option<f64>; MEASURES.len()];
 /// # Errors
 /// [`CompareError`]; nothing of the scene is kept but its reference.
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<SceneReport, CompareError> {
-    let scene = Arc::new(scene::load(name)?);
+    let scene = Arc::new(scene::load_with(name, options.loading)?);
     let view = view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));

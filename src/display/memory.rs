@@ -2,6 +2,7 @@
 
 use super::StimulusFiles;
 use crate::gpu::Gpu;
+use crate::picture;
 
 /// How a picture is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,8 +29,7 @@ pub fn check<'a>(
     let mut bytes = 0.0;
     for files in stimuli {
         let path = files.first();
-        let (width, height) =
-            image::image_dimensions(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let (width, height) = picture::png_size(path).map_err(|e| e.to_string())?;
         bytes += 4.0 * f64::from(width) * f64::from(height) * files.frames.len() as f64;
     }
     let bytes = if levels == Levels::All { bytes * 4.0 / 3.0 } else { bytes };

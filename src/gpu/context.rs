@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
+use cyclopean_analysis::{files, terminal};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 
@@ -117,7 +118,7 @@ impl Gpu {
             folder.join(format!("pipelines-{uuid}.bin"))
         });
         // A missing or foreign cache is only slower; drivers check the header themselves.
-        let data = cache_file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
+        let data = cache_file.as_ref().and_then(|f| files::read(f, files::MOST_DATA).ok()).unwrap_or_default();
         let create = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: `data` lives for the call.
         let pipeline_cache = unsafe { device.create_pipeline_cache(&create, None) }.called("vkCreatePipelineCache")?;
@@ -406,7 +407,7 @@ unsafe extern "system" fn heard(
             if message.is_null() { String::new() } else { CStr::from_ptr(message).to_string_lossy().into_owned() };
         (text, &*user.cast::<Mutex<Vec<String>>>())
     };
-    eprintln!("vulkan validation: {text}");
+    terminal::say(&format!("vulkan validation: {text}\n"));
     messages.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     vk::FALSE
 }

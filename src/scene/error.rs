@@ -30,6 +30,7 @@ pub(crate) type Reason = String;
 
 /// "extension `A`" or "extensions `A`, `B`".
 fn listed(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    format!("extension{} {}", if names.len() == 1 { "" } else { "s" }, quoted.join(", "))
+    let quoted: Vec<String> = names.iter().take(8).map(|name| format!("`{name}`")).collect();
+    let more = if names.len() > quoted.len() { ", …" } else { "" };
+    format!("extension{} {}{more}", if names.len() == 1 { "" } else { "s" }, quoted.join(", "))
 }

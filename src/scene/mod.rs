@@ -21,7 +21,7 @@ use glam::{DAffine3, DVec3, Mat3, Vec2, Vec3, Vec4};
 pub use camera::{Eye, EyeCamera, Fov, StereoCamera, View};
 pub use error::SceneError;
 pub use head_path::{HeadKey, HeadPath, HeadPathError, UnknownPath};
-pub use load::{ExtensionUse, Treatment, load, load_bytes, load_with_detail};
+pub use load::{ExtensionUse, Loading, Treatment, load, load_bytes, load_with};
 pub use motion::Motion;
 
 /// A loaded scene, every reference resolved, every hazard repaired or refused.

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use cyclopean_analysis::files::{self, WriteError};
+use cyclopean_analysis::files::{self, MOST_DATA, WriteError};
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
@@ -109,8 +109,10 @@ pub fn freeze(study: &Study, store: &Store, folder: &Path) -> Result<String, Fre
 /// # Errors
 /// What differs, and how.
 pub fn verify(folder: &Path, study: &Study, store: &Store) -> Result<String, FreezeError> {
-    let read =
-        |name: &str| fs::read(folder.join(name)).map_err(|source| FreezeError::Io { path: folder.join(name), source });
+    let read = |name: &str| {
+        let path = folder.join(name);
+        files::read(&path, MOST_DATA).map_err(|source| FreezeError::Io { path, source })
+    };
     let differs = |what: String| FreezeError::Differs { folder: folder.to_owned(), what };
     let text = read("manifest.json")?;
     let manifest: Manifest =

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::files::{self, MOST_DATA, MOST_TEXT};
 use serde::Deserialize;
 
 use super::validate::Study;
@@ -57,7 +58,7 @@ impl Language {
         let path = study.path.parent().unwrap_or(Path::new("")).join(name);
         let text = match built_in {
             Some((_, text)) => (*text).to_owned(),
-            None => std::fs::read_to_string(&path).map_err(|source| {
+            None => files::read_text(&path, MOST_TEXT).map_err(|source| {
                 let known = BUILT_IN.map(|(name, _)| format!("`{name}`")).join(", ");
                 LanguageError::Unknown { name: name.clone(), known, path: path.clone(), source }
             })?,
@@ -90,7 +91,7 @@ impl Language {
         ];
         for name in &self.font {
             let found = folders.iter().find_map(|folder| find(folder, name, 4));
-            if let Some(bytes) = found.and_then(|path| std::fs::read(path).ok()) {
+            if let Some(bytes) = found.and_then(|path| files::read(&path, MOST_DATA).ok()) {
                 return Ok(Some(bytes));
             }
         }

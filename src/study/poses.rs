@@ -5,6 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::files;
 use serde::{Deserialize, Serialize};
 
 use super::disk::Disk;
@@ -17,7 +18,7 @@ pub const POSES_FORMAT: u32 = 1;
 const BUFFER: usize = 1 << 20;
 
 /// No line is longer.
-const LONGEST_LINE: u64 = 4096;
+pub const LONGEST_LINE: u64 = 4096;
 
 /// A line of the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,7 +93,7 @@ impl PoseWriter {
     ) -> Result<PoseWriter, PosesError> {
         let path = path_beside(journal);
         let fail = |source| PosesError { what: "open", path: path.clone(), source };
-        let mut file = match OpenOptions::new().read(true).append(true).open(&path) {
+        let mut file = match files::open_with(OpenOptions::new().read(true).append(true), &path) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
                 return PoseWriter::create(disk, journal, study, session);
             }

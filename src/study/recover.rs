@@ -1,10 +1,10 @@
 //! Sets the damaged end of a journal aside, so that what stands before it can be used again.
 
-use std::fmt;
-use std::fs::{File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::files::{self, MOST_DATA};
 use cyclopean_analysis::journal::{self, JournalError, codec};
 
 use super::disk::Disk;
@@ -24,16 +24,19 @@ pub struct Recovered {
     pub why: Option<String>,
 }
 
-impl fmt::Display for Recovered {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Recovered {
+    /// For people, line by line.
+    pub fn lines(&self) -> Vec<String> {
         let name = self.journal.display();
         match &self.why {
-            None => write!(f, "{name}: all {} lines are whole; nothing was changed", self.whole_lines),
-            Some(why) => write!(
-                f,
-                "{why}\n{name}: {} lines stay; {} bytes were set aside beside it, among them {} whole lines",
-                self.whole_lines, self.cut_bytes, self.whole_lines_cut
-            ),
+            None => vec![format!("{name}: all {} lines are whole; nothing was changed", self.whole_lines)],
+            Some(why) => vec![
+                why.clone(),
+                format!(
+                    "{name}: {} lines stay; {} bytes were set aside beside it, among them {} whole lines",
+                    self.whole_lines, self.cut_bytes, self.whole_lines_cut
+                ),
+            ],
         }
     }
 }
@@ -44,9 +47,9 @@ impl fmt::Display for Recovered {
 /// It is no journal, is in use, or the folder cannot be written; nothing is cut then.
 pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
     let io = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
-    let file = OpenOptions::new().read(true).append(true).open(path).map_err(io)?;
+    let file = files::open_with(OpenOptions::new().read(true).append(true), path).map_err(io)?;
     lock(&file, path)?;
-    let source = BufReader::new(File::open(path).map_err(io)?);
+    let source = BufReader::new(files::open(path).map_err(io)?);
     let mut reader = journal::read_from(path, source);
     let mut whole_lines = 0;
     let mut why = None;
@@ -61,7 +64,7 @@ pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
     let mut found = Recovered { journal: path.to_owned(), whole_lines, cut_bytes: 0, whole_lines_cut: 0, why };
     if found.why.is_some() {
         let keep = reader.good_bytes();
-        let bytes = std::fs::read(path).map_err(io)?;
+        let bytes = files::read(path, MOST_DATA).map_err(io)?;
         let rest = &bytes[usize::try_from(keep).unwrap_or(usize::MAX).min(bytes.len())..];
         found.whole_lines_cut = rest.split(|b| *b == b'\n').filter(|line| codec::check(line).is_ok()).count() as u64;
         if whole_lines == 0 && found.whole_lines_cut == 0 && !rest.starts_with(b"{\"seq\":0,") && !rest.is_empty() {

@@ -7,6 +7,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::files::{self, MOST_TEXT};
 use cyclopean_analysis::journal;
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use serde::{Deserialize, Serialize};
@@ -108,7 +109,7 @@ impl Sessions {
         options.create(true).append(true);
         #[cfg(unix)]
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let file = options.open(self.folder.join(".lock")).map_err(self.io())?;
+        let file = files::open_with(&mut options, &self.folder.join(".lock")).map_err(self.io())?;
         file.lock().map_err(self.io())?;
         Ok(file)
     }
@@ -119,7 +120,7 @@ impl Sessions {
 
     fn read_rows(&self) -> Result<Rows, SessionsError> {
         let path = self.rows_path();
-        match fs::read(&path) {
+        match files::read(&path, MOST_TEXT) {
             Ok(bytes) => {
                 serde_json::from_slice(&bytes).map_err(|e| SessionsError::Damaged { path, what: e.to_string() })
             }
@@ -314,7 +315,7 @@ impl Sessions {
         }
         files.sort();
         for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "jsonl")) {
-            writer::lock(&File::open(path).map_err(self.io())?, path)?;
+            writer::lock(&files::open(path).map_err(self.io())?, path)?;
         }
         let mut stones = Vec::new();
         for row in rows.rows.iter_mut().filter(|r| r.participant.as_deref() == Some(participant)) {

@@ -8,11 +8,11 @@
 //! All but `timing.json` is the same whoever renders it, so that shards can be copied together.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use cyclopean_analysis::files::{self, WriteError, sync_directory};
+use cyclopean_analysis::files::{self, MOST_TEXT, WriteError, sync_directory};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -109,7 +109,7 @@ impl Store {
     pub fn find(&self, request: &StimulusRequest) -> Result<Stored, StoreError> {
         let missing = || StoreError::Missing { label: request.label(), store: self.root.clone() };
         let path = self.alias_path(request);
-        let alias: Alias = match fs::read(&path) {
+        let alias: Alias = match files::read(&path, MOST_TEXT) {
             Ok(bytes) => serde_json::from_slice(&bytes)
                 .map_err(|e| StoreError::Damaged { path: path.clone(), what: e.to_string() })?,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(missing()),
@@ -129,7 +129,7 @@ impl Store {
     pub fn check(&self, key: &str) -> Result<Option<Stored>, StoreError> {
         let folder = self.folder(key);
         let path = folder.join("stimulus.json");
-        let bytes = match fs::read(&path) {
+        let bytes = match files::read(&path, MOST_TEXT) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == io::ErrorKind::NotFound && !folder.exists() => return Ok(None),
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
@@ -155,7 +155,7 @@ impl Store {
 
     /// Seconds it took to render an entry; none when it is not known.
     pub fn seconds(&self, key: &str) -> Option<f64> {
-        let bytes = fs::read(self.folder(key).join("timing.json")).ok()?;
+        let bytes = files::read(&self.folder(key).join("timing.json"), MOST_TEXT).ok()?;
         serde_json::from_slice::<RenderTiming>(&bytes).ok().map(|t| t.seconds)
     }
 
@@ -207,7 +207,7 @@ impl Store {
         for file in info.files() {
             let path = part.join(&file);
             let sum = file_sha256(&path).map_err(|_| StoreError::NoFile { file: file.clone(), label: label() })?;
-            File::open(&path)
+            files::open(&path)
                 .and_then(|f| f.sync_all())
                 .map_err(|source| StoreError::Io { path: path.clone(), source })?;
             files.insert(file, sum);
@@ -225,7 +225,7 @@ impl Store {
     pub fn point(&self, request: &StimulusRequest, key: &str) -> Result<(), StoreError> {
         let path = self.alias_path(request);
         let bytes = to_json(&Alias { request: request.clone(), key: key.to_owned() });
-        if fs::read(&path).is_ok_and(|old| old == bytes) {
+        if files::read(&path, MOST_TEXT).is_ok_and(|old| old == bytes) {
             return Ok(());
         }
         let parent = self.root.join("requests");
@@ -246,7 +246,7 @@ fn to_json(value: &impl Serialize) -> Vec<u8> {
 /// # Errors
 /// It cannot be read.
 pub fn file_sha256(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let mut file = files::open(path)?;
     let mut hash = Sha256::new();
     let mut buffer = vec![0; 1 << 18];
     loop {

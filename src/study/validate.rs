@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use cyclopean_analysis::escape;
+use cyclopean_analysis::files::{self, MOST_TEXT};
 use cyclopean_analysis::journal::record::Shown;
 
 use super::definition::{ConditionSpec, Definition, Layout, OrderKind, Task};
@@ -34,16 +36,22 @@ pub enum StudyError {
         #[source]
         source: std::io::Error,
     },
-    #[error("{}: {}", path.display(), list(problems))]
+    #[error("{}: {}", escape::line(&path.to_string_lossy()), list(problems))]
     Invalid { path: PathBuf, problems: Vec<Problem> },
 }
 
+/// Nobody mends more at a time.
+const MOST_SHOWN: usize = 100;
+
 fn list(problems: &[Problem]) -> String {
     match problems {
-        [one] => one.to_string(),
+        [one] => escape::line(&one.to_string()).into_owned(),
         many => {
-            let lines: String = many.iter().map(|p| format!("\n  {p}")).collect();
-            format!("{} problems{lines}", many.len())
+            let shown = many.iter().take(MOST_SHOWN);
+            let lines: String = shown.map(|p| format!("\n  {}", escape::line(&p.to_string()))).collect();
+            let more = many.len().saturating_sub(MOST_SHOWN);
+            let more = if more > 0 { format!("\n  and {more} more") } else { String::new() };
+            format!("{} problems{lines}{more}", many.len())
         }
     }
 }
@@ -63,7 +71,8 @@ pub struct Study {
 /// # Errors
 /// [`StudyError`] with every problem found.
 pub fn load(path: &Path) -> Result<Study, StudyError> {
-    let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
+    let text =
+        files::read_text(path, MOST_TEXT).map_err(|source| StudyError::Read { path: path.to_owned(), source })?;
     parse(path, text)
 }
 
@@ -81,6 +90,11 @@ pub fn parse(path: &Path, text: String) -> Result<Study, StudyError> {
         return Err(invalid(problems));
     }
     let definition: Definition = serde_json::from_str(&text).map_err(|e| invalid(one("", e.to_string())))?;
+    // Before anything is crossed, shown or ordered: a few numbers can ask for billions.
+    let problems = judge_size(&definition);
+    if !problems.is_empty() {
+        return Err(invalid(problems));
+    }
     let problems = judge(&definition);
     if !problems.is_empty() {
         return Err(invalid(problems));
@@ -110,6 +124,44 @@ impl Problems {
     fn add(&mut self, path: impl Into<String>, what: impl Into<String>) {
         self.0.push(Problem { path: path.into(), what: what.into() });
     }
+}
+
+/// More than anybody answers, and than is ordered in reasonable time.
+const MOST_CONDITIONS: usize = 10_000;
+const MOST_PRESENTATIONS: usize = 100_000;
+const MOST_IN_ALL: usize = 4_000_000;
+const MOST_CHOICES: usize = 100;
+const MOST_ENTRIES: usize = 1000;
+
+/// How much a study asks for.
+fn judge_size(d: &Definition) -> Vec<Problem> {
+    let mut p = Problems::default();
+    let mut at_most = |path: &str, count: usize, most: usize, what: &str| {
+        if count > most {
+            p.add(path, format!("{count} {what}; at most {most} can be studied"));
+        }
+    };
+    at_most("labels", d.labels.len(), MOST_CHOICES, "choices");
+    at_most("scale", d.scale.len(), MOST_CHOICES, "ratings");
+    at_most("protocol", d.protocol.len(), MOST_ENTRIES, "segments");
+    at_most("practice", d.practice.len(), MOST_ENTRIES, "presentations");
+    at_most("catch_trials", d.catch_trials.len(), MOST_ENTRIES, "catch trials");
+    at_most("questionnaires", d.questionnaires.len(), MOST_ENTRIES, "questionnaires");
+    at_most("analysis.contrasts", d.analysis.contrasts.len(), MOST_ENTRIES, "contrasts");
+    let disparities = d.screening.as_ref().map_or(0, |s| s.disparities_arcsec.len());
+    at_most("screening.disparities_arcsec", disparities, MOST_ENTRIES, "disparities");
+    let crossed = d.conditions.cross.as_ref().map_or(0, |c| {
+        let levels = [c.view.len(), c.eye.len(), c.other.len()].map(|n| n.max(1));
+        levels.iter().fold(c.scene.len().saturating_mul(c.method.len()), |all, n| all.saturating_mul(*n))
+    });
+    let conditions = d.conditions.list.as_ref().map_or(crossed, Vec::len);
+    at_most("conditions", conditions, MOST_CONDITIONS, "conditions");
+    let catches = d.catch_trials.len();
+    let presentations = conditions.saturating_mul(d.repetitions as usize).saturating_add(catches);
+    at_most("repetitions", presentations, MOST_PRESENTATIONS, "presentations a participant");
+    let all = presentations.saturating_mul(d.participants as usize);
+    at_most("participants", all, MOST_IN_ALL, "presentations in all");
+    p.0
 }
 
 /// What the schema cannot say.

@@ -1,11 +1,12 @@
 //! The journal's one writer: append, sync, and the opening of a file that somebody was writing when all went dark.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use chrono::{DateTime, Utc};
+use cyclopean_analysis::files::{self, MOST_DATA};
 use cyclopean_analysis::journal::record::{Kind, Record};
 use cyclopean_analysis::journal::{self, Entry, JournalError, Verifier, VerifyError};
 
@@ -112,7 +113,7 @@ impl JournalWriter {
         mut take: impl FnMut(Entry) -> Result<(), E>,
     ) -> Result<(JournalWriter, u64), E> {
         let fail = |what| move |source| WriterError::Io { what, path: path.to_owned(), source };
-        let file = OpenOptions::new().read(true).append(true).open(path).map_err(fail("open"))?;
+        let file = files::open_with(OpenOptions::new().read(true).append(true), path).map_err(fail("open"))?;
         lock(&file, path)?;
         let mut writer = JournalWriter::around(disk, file, path, Kind::Real, durability);
         let source = writer.file.try_clone().map_err(fail("open"))?;
@@ -233,7 +234,8 @@ pub fn set_aside(disk: &Disk, file: &File, path: &Path, keep: u64) -> Result<u64
     let fail = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
     let mut tail = Vec::new();
     let mut source = file;
-    source.seek(SeekFrom::Start(keep)).and_then(|_| source.read_to_end(&mut tail)).map_err(fail)?;
+    let read = source.seek(SeekFrom::Start(keep)).and_then(|_| files::read_at_most(source, MOST_DATA, &mut tail));
+    read.map_err(fail)?;
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let aside = (1u32..)
         .map(|i| path.with_file_name(format!("{name}.aside-{i}")))

@@ -8,6 +8,7 @@ use clap::Args;
 use cyclopean_analysis::Error;
 use cyclopean_analysis::data::{Builder, Columns, Selection, Source, expand, tidy};
 use cyclopean_analysis::inspect::{Inspection, inspect_all, trust_name};
+use cyclopean_analysis::report::text;
 use serde_json::{Value, json};
 
 use super::input::{print, print_json};
@@ -35,7 +36,7 @@ impl Check {
                 Source::Csv(path) => {
                     let (ok, line, object) = csv(&path);
                     damaged += u64::from(!ok);
-                    lines += &line;
+                    lines += &text::line(&line);
                     objects.push(object);
                 }
                 Source::Journals(files) => inspect_all(&files, |i| {
@@ -44,7 +45,7 @@ impl Check {
                         *kinds.entry(kind.name()).or_default() += 1;
                         *people.entry((i.study.clone(), i.participant.clone())).or_default() += 1;
                     }
-                    lines += &line(&i);
+                    lines += &text::line(&line(&i));
                     objects.push(serde_json::to_value(&i).unwrap_or_default());
                 }),
             }
@@ -65,7 +66,7 @@ impl Check {
                 &json!({ "ok": damaged == 0, "damaged": damaged, "sources": objects, "kinds": kinds, "notes": notes }),
             )?;
         } else {
-            lines.extend(notes.iter().map(|n| format!("note: {n}\n")));
+            lines.extend(notes.iter().map(|n| text::note(n)));
             lines += &format!("{total} checked, {damaged} damaged\n");
             print(&lines)?;
         }
@@ -81,7 +82,7 @@ impl Check {
 
 fn line(i: &Inspection) -> String {
     if let Some(error) = &i.error {
-        return format!("DAMAGED  {error}\n");
+        return format!("DAMAGED  {error}");
     }
     let mut out = format!(
         "ok  {}: {} lines, {}, participant {}, {} of {} trials answered",
@@ -105,7 +106,7 @@ fn line(i: &Inspection) -> String {
     }
     let t = &i.timing;
     out += &format!(
-        ", timing {}: {} shown, {} invalid, {} frames missed, longest gap {:.1} ms\n",
+        ", timing {}: {} shown, {} invalid, {} frames missed, longest gap {:.1} ms",
         t.trust.map_or("none", trust_name),
         t.shown,
         t.invalid,
@@ -121,10 +122,10 @@ fn csv(path: &Path) -> (bool, String, Value) {
         Ok(()) => {
             let data = builder.finish();
             let (n, people, cells) = (data.responses(), data.participants.len(), data.cells.len());
-            let line = format!("ok  {}: {n} answers, {people} participants, {cells} cells\n", path.display());
+            let line = format!("ok  {}: {n} answers, {people} participants, {cells} cells", path.display());
             let object = json!({ "path": path, "error": null, "answers": n, "participants": people, "cells": cells });
             (true, line, object)
         }
-        Err(e) => (false, format!("DAMAGED  {e}\n"), json!({ "path": path, "error": e.to_string() })),
+        Err(e) => (false, format!("DAMAGED  {e}"), json!({ "path": path, "error": e.to_string() })),
     }
 }

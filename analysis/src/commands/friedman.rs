@@ -39,8 +39,8 @@ impl Friedman {
             let levels: Vec<String> = data.levels(f, &cells).into_iter().map(str::to_owned).collect();
             let (rows, incomplete) = scores(data, &cells, f, &levels)?;
             let result = friedman(&rows)?;
-            out += &format!(
-                "{}Friedman, {} over {}: n = {}, chi2 = {}, df = {}, p = {}, Kendall's W = {}\n",
+            out += &text::line(&format!(
+                "{}Friedman, {} over {}: n = {}, chi2 = {}, df = {}, p = {}, Kendall's W = {}",
                 if study.id.is_empty() { String::new() } else { format!("{}: ", study.id) },
                 self.factor,
                 levels.join(", "),
@@ -49,12 +49,12 @@ impl Friedman {
                 result.df,
                 p_text(result.p),
                 text::number(result.kendall_w)
-            );
+            ));
             out +=
                 "unit: the participant (sums over cells and repetitions); tie correction; chi-squared approximation\n";
-            out.extend(result.notes.iter().map(|n| format!("note: {n}\n")));
+            out.extend(result.notes.iter().map(|n| text::note(n)));
             if !incomplete.is_empty() {
-                out += &format!("note: left out, without every cell: {}\n", incomplete.join(", "));
+                out += &text::note(&format!("left out, without every cell: {}", incomplete.join(", ")));
             }
             let mut o = serde_json::to_value(&result)?;
             o["study"] = study.id.clone().into();
@@ -75,7 +75,7 @@ impl Friedman {
             );
         }
         out += &text::contrasts(&pairwise, None);
-        out.extend(data.notes.iter().map(|n| format!("note: {n}\n")));
+        out.extend(data.notes.iter().map(|n| text::note(n)));
         print(&out)
     }
 }

@@ -1,14 +1,13 @@
 //! Options that every command which reads answers has.
 
 use std::collections::BTreeSet;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Args;
 use cyclopean_analysis::data::{Columns, Loaded, Selection, load};
 use cyclopean_analysis::journal::Kind;
-use cyclopean_analysis::{Error, interval};
+use cyclopean_analysis::{Error, interval, terminal};
 use serde_json::Value;
 
 /// Where the answers are and which of them count.
@@ -119,14 +118,10 @@ pub fn level(text: &str) -> Result<f64, String> {
 
 /// Prints to standard output; a reader who has gone (a closed pipe) is no failure.
 pub fn print(text: &str) -> Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other?),
-    }
+    terminal::print(text).context("cannot write to standard output")
 }
 
 /// Prints one object.
 pub fn print_json(value: &Value) -> Result<()> {
-    print(&format!("{value}\n"))
+    terminal::print_json(&format!("{value}\n")).context("cannot write to standard output")
 }

@@ -16,7 +16,9 @@ pub mod wilcoxon;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use cyclopean_analysis::manual::{Completions, Manual};
+use cyclopean_analysis::report::text;
 
 /// Honest statistics for rating studies: mean opinion scores, paired tests, screening, planning.
 ///
@@ -52,6 +54,10 @@ enum Command {
     Check(check::Check),
     /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
     Wilcoxon(wilcoxon::Wilcoxon),
+    /// Print a script that completes this program's command line in a shell
+    Completions(Completions),
+    /// Write this program's manual pages
+    Man(Manual),
 }
 
 /// Runs the command.
@@ -68,6 +74,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         Command::Report(c) => c.run(),
         Command::Export(c) => c.run(),
         Command::Check(c) => c.run(),
+        Command::Completions(c) => Ok(c.print(Arguments::command())?),
+        Command::Man(m) => input::print(
+            &m.write(Arguments::command())?
+                .iter()
+                .map(|path| text::line(&path.display().to_string()))
+                .collect::<String>(),
+        ),
     }?;
     Ok(ExitCode::SUCCESS)
 }

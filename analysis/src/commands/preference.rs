@@ -50,7 +50,7 @@ impl Preference {
         for p in &all {
             out += &text::preference(p);
         }
-        out.extend(data.notes.iter().map(|n| format!("note: {n}\n")));
+        out.extend(data.notes.iter().map(|n| text::note(n)));
         print(&out)
     }
 }

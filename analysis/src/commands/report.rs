@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use cyclopean_analysis::Error;
 use cyclopean_analysis::data::Columns;
-use cyclopean_analysis::files::write_bytes;
+use cyclopean_analysis::files::{self, write_bytes};
 use cyclopean_analysis::interval::{Bootstrap, Method};
 use cyclopean_analysis::report::{
     Figure, ReportInput, ReportOptions, csv, html, json, latex, markdown, metrics_from_compare,
@@ -79,7 +79,8 @@ impl Report {
             report.metrics = metrics_from_compare(path)?;
         }
         for path in &self.figure {
-            let png = std::fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?;
+            let png =
+                files::read(path, files::MOST_DATA).map_err(|source| Error::Read { path: path.clone(), source })?;
             if !png.starts_with(b"\x89PNG\r\n\x1a\n") {
                 return Err(Error::data(format!("{}: not a PNG file", path.display())).into());
             }

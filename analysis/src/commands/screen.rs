@@ -39,7 +39,7 @@ impl Screen {
             let annex = p910(&votes, options);
             let alpha = krippendorff_ordinal(&votes);
             if !study.id.is_empty() {
-                out += &format!("{}\n", study.id);
+                out += &text::line(&study.id);
             }
             let mut rows = vec![
                 ["participant", "votes", "high", "low", "share", "imbalance", "BT.500", "bias", "inconsistency"]
@@ -62,19 +62,19 @@ impl Screen {
             out += &text::align(&rows);
             out +=
                 &format!("Krippendorff's alpha (ordinal) {} over {} stimuli\n", text::number(alpha.alpha), alpha.units);
-            out += &format!(
-                "P.910: {} rounds, largest weight {:.2} ({})\n",
+            out += &text::line(&format!(
+                "P.910: {} rounds, largest weight {:.2} ({})",
                 annex.rounds, annex.largest_weight, people[annex.heaviest]
-            );
-            out.extend(bt.notes.iter().map(|n| format!("note: BT.500: {n}\n")));
-            out.extend(annex.notes.iter().map(|n| format!("note: P.910: {n}\n")));
+            ));
+            out.extend(bt.notes.iter().map(|n| text::note(&format!("BT.500: {n}"))));
+            out.extend(annex.notes.iter().map(|n| text::note(&format!("P.910: {n}"))));
             objects.push(json!({
                 "study": study.id, "participants": people, "stimuli": stimuli,
                 "sigma": self.sigma, "bt500": bt, "p910": annex, "krippendorff": alpha,
             }));
         }
         for (who, why) in &loaded.excluded {
-            out += &format!("excluded by the study file's rule: {who}: {why}\n");
+            out += &text::line(&format!("excluded by the study file's rule: {who}: {why}"));
         }
         out += "nothing is left out of any table by this; use --exclude or --exclude-failed for tables without\n";
         if self.input.json {

@@ -101,7 +101,7 @@ impl Test {
         } else {
             let mut out = text::contrasts(&results, data.stamp().as_deref());
             out += &text::equivalences(&equivalences);
-            out.extend(data.notes.iter().map(|n| format!("note: {n}\n")));
+            out.extend(data.notes.iter().map(|n| text::note(n)));
             print(&out)
         }
     }

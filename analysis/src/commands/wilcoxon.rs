@@ -1,17 +1,20 @@
 //! `mos wilcoxon`.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
 use cyclopean_analysis::Error;
+use cyclopean_analysis::files;
 use cyclopean_analysis::numbers::differences;
 use cyclopean_analysis::report::text;
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, Zeros, signed_rank};
 
 use super::input::{self, print, print_json};
+
+/// The most bytes of a list of numbers: the test sorts them in memory.
+const MOST_NUMBERS: u64 = 64 << 20;
 
 /// `mos wilcoxon [FILE|-]`
 #[derive(Args)]
@@ -45,9 +48,9 @@ impl Wilcoxon {
         let mut content = Vec::new();
         let error = |source| Error::Read { path: self.file.clone(), source };
         if self.file == Path::new("-") {
-            io::stdin().lock().read_to_end(&mut content).map_err(error)?;
+            files::read_at_most(io::stdin().lock(), MOST_NUMBERS, &mut content).map_err(error)?;
         } else {
-            File::open(&self.file).and_then(|mut f| f.read_to_end(&mut content)).map_err(error)?;
+            content = files::read(&self.file, MOST_NUMBERS).map_err(error)?;
         }
         let d = differences(&content, &self.file)?;
         let options = Options {

@@ -8,6 +8,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::{Response, Score, Selection};
 use crate::journal::{AnalysisPlan, Kind};
 
+/// More than any study has: what each participant says of each condition is kept.
+const MOST_TALLIES: usize = 1 << 25;
+const MOST_CELLS: usize = 100_000;
+const MOST_STUDIES: usize = 1000;
+
 /// Votes of one participant in one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
@@ -215,13 +220,22 @@ impl Builder {
     /// Adds one response.
     ///
     /// # Errors
-    /// A sentence: the same showing answered twice, or a sum beyond what 64 bits hold.
+    /// A sentence: the same showing answered twice, a sum beyond what 64 bits hold, or more participants and conditions
+    /// than are kept.
     pub fn add(&mut self, r: &Response<'_>) -> Result<(), String> {
         if !self.wants(r.study, r.participant, r.kind) {
             return Ok(());
         }
         let cell = self.cell(r);
         let person = self.person(r.participant);
+        let (cells, people, studies) = (self.data.cells.len(), self.data.participants.len(), self.data.studies.len());
+        if studies > MOST_STUDIES || cells > MOST_CELLS || cells.saturating_mul(people) > MOST_TALLIES {
+            return Err(format!(
+                "{people} participants in {cells} conditions of {studies} studies are more than is analysed at once: \
+                 at most {MOST_STUDIES} studies, {MOST_CELLS} conditions, and {MOST_TALLIES} for conditions times \
+                 participants; is a column taken for a factor that is none?"
+            ));
+        }
         let who = &mut self.data.participants[person];
         who.kinds.insert(r.kind);
         if who.tallies.len() <= cell {

@@ -1,15 +1,38 @@
 //! Tidy CSV: one row a response, columns `participant` and `rating`, any others beside them.
 
-use std::fs::File;
-use std::io::Read;
+use std::cell::Cell;
+use std::io::{self, Read};
 use std::path::Path;
 
 use super::{Builder, Response, Score};
 use crate::error::{Error, Result};
 use crate::journal::Kind;
+use crate::{escape, files};
 
 /// Columns that are factors wherever they occur; others become factors when a request names them.
 pub const FACTORS: [&str; 9] = ["scene", "view", "path", "method", "other", "reference", "eye", "module", "condition"];
+
+/// No row of answers has more bytes: a longer one is another kind of file, or a quote mark that is never closed.
+const LONGEST_ROW: u64 = 1 << 20;
+
+/// A source that gives no more than a row may have until the row is there. The reader's buffer runs ahead of the rows:
+/// what it holds beyond one counts for the next.
+struct Rows<'a, R> {
+    source: R,
+    left: &'a Cell<u64>,
+}
+
+impl<R: Read> Read for Rows<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        let left = self.left.get().checked_sub(read as u64).ok_or_else(|| {
+            let what = format!("a row has more than {LONGEST_ROW} bytes; a quote mark may be open");
+            io::Error::new(io::ErrorKind::FileTooLarge, what)
+        })?;
+        self.left.set(left);
+        Ok(read)
+    }
+}
 
 /// Which columns to read.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +55,7 @@ pub struct Columns {
 /// [`Error::Read`] and [`Error::Line`]: a missing column, a row of another length, a rating that is no
 /// finite number (participant and condition are named), a showing answered twice.
 pub fn read(path: &Path, columns: &Columns, builder: &mut Builder) -> Result<()> {
-    let file = File::open(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let file = files::open(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     read_from(path, file, columns, builder)
 }
 
@@ -41,11 +64,15 @@ pub fn read(path: &Path, columns: &Columns, builder: &mut Builder) -> Result<()>
 /// # Errors
 /// As [`read`].
 pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mut Builder) -> Result<()> {
+    let left = Cell::new(LONGEST_ROW);
+    let source = Rows { source, left: &left };
     let mut csv = csv::ReaderBuilder::new().buffer_capacity(1 << 18).trim(csv::Trim::All).from_reader(source);
     let wrong = |line: u64, what: String| Error::Line { path: path.to_owned(), line, what };
     let headers = csv.byte_headers().map_err(|e| csv_error(path, e))?.clone();
-    let names: Vec<String> =
-        headers.iter().map(|h| String::from_utf8_lossy(h).trim_start_matches('\u{feff}').to_lowercase()).collect();
+    let names: Vec<String> = headers
+        .iter()
+        .map(|h| escape::csv_read(String::from_utf8_lossy(h).trim_start_matches('\u{feff}')).to_lowercase())
+        .collect();
     let column = |name: &str| names.iter().position(|n| n == name);
     let need = |name: &str| {
         column(name).ok_or_else(|| {
@@ -72,10 +99,14 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
         .collect();
     let mut row = csv::ByteRecord::new();
     let mut missing = 0u64;
+    left.set(LONGEST_ROW);
     while csv.read_byte_record(&mut row).map_err(|e| csv_error(path, e))? {
+        left.set(LONGEST_ROW);
         let line = row.position().map_or(0, csv::Position::line);
         let text = |i: usize| {
-            std::str::from_utf8(&row[i]).map_err(|_| wrong(line, format!("column `{}` is not UTF-8 text", names[i])))
+            std::str::from_utf8(&row[i])
+                .map(escape::csv_read)
+                .map_err(|_| wrong(line, format!("column `{}` is not UTF-8 text", names[i])))
         };
         if purpose.is_some_and(|p| !matches!(&row[p], b"trial" | b"")) {
             continue;
@@ -84,13 +115,9 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
         if who.is_empty() {
             return Err(wrong(line, "no participant: every row needs one".to_owned()));
         }
+        let cells = factors.iter().map(|(i, name)| Ok((*name, text(*i)?))).collect::<Result<Vec<_>>>()?;
         let mut levels = Vec::with_capacity(factors.len() + 2);
-        for (i, name) in &factors {
-            let level = text(*i)?;
-            if !level.is_empty() {
-                levels.push((*name, level));
-            }
-        }
+        levels.extend(cells.iter().map(|(name, level)| (*name, level.as_ref())).filter(|(_, level)| !level.is_empty()));
         if matches!(&row[rating], b"" | b"NA" | b"na" | b"null") {
             missing += 1;
             continue;
@@ -99,7 +126,7 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
             let cell = levels.iter().map(|(n, l)| format!("{n} {l}")).collect::<Vec<_>>().join(", ");
             wrong(line, format!("the rating {what}; participant {who}, {cell}"))
         })?;
-        let kind = match kind.map(&text).transpose()? {
+        let kind = match kind.map(&text).transpose()?.as_deref() {
             None | Some("") => None,
             Some("real") => Some(Kind::Real),
             Some("pilot") => Some(Kind::Pilot),
@@ -108,7 +135,7 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
                 return Err(wrong(line, format!("unknown kind `{other}`; known: real, pilot, simulated")));
             }
         };
-        let showing = match repetition.map(&text).transpose()? {
+        let showing = match repetition.map(&text).transpose()?.as_deref() {
             None | Some("") => None,
             Some(t) => Some(
                 t.parse::<u32>()
@@ -127,8 +154,8 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
             levels.push(("rating", &score_text));
         }
         let response = Response {
-            participant: who,
-            study: study.map(&text).transpose()?.unwrap_or_default(),
+            participant: &who,
+            study: &study.map(&text).transpose()?.unwrap_or_default(),
             kind,
             factors: &levels,
             // With the rating in the cell two showings no longer collide, and need no check.

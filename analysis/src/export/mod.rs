@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::data::{Selection, Source, expand, outcome_name, sessions};
 use crate::error::{Error, Result};
+use crate::escape;
 use crate::files::write_whole;
 use crate::journal::Kind;
 use crate::journal::record::{Outcome, Purpose};
@@ -134,16 +135,17 @@ fn cells(line: &Line) -> Vec<String> {
         Purpose::Catch => "catch",
         Purpose::Practice => "practice",
     };
+    let text = |text: &String| escape::csv(text).into_owned();
     let mut out = vec![
-        line.participant.clone(),
-        line.session.clone(),
-        line.study.clone(),
+        text(&line.participant),
+        text(&line.session),
+        text(&line.study),
         line.kind.name().to_owned(),
         line.presentation.to_string(),
         purpose.to_owned(),
         line.repetition.to_string(),
     ];
-    out.extend(line.levels.iter().cloned());
+    out.extend(line.levels.iter().map(text));
     out.extend([
         line.rating.to_string(),
         line.attempt.to_string(),
@@ -158,7 +160,7 @@ fn cells(line: &Line) -> Vec<String> {
 fn csv<'a>(columns: &[Column], lines: impl Iterator<Item = &'a Line>) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |e: &dyn std::fmt::Display| Error::data(format!("cannot write CSV: {e}"));
-    writer.write_record(columns.iter().map(|c| &c.name)).map_err(|e| failed(&e))?;
+    writer.write_record(columns.iter().map(|c| escape::csv(&c.name).into_owned())).map_err(|e| failed(&e))?;
     for line in lines {
         writer.write_record(cells(line)).map_err(|e| failed(&e))?;
     }
@@ -203,7 +205,8 @@ fn dictionary(columns: &[Column]) -> Result<Vec<u8>> {
     let failed = |e: &dyn std::fmt::Display| Error::data(format!("cannot write CSV: {e}"));
     writer.write_record(["column", "type", "unit", "description"]).map_err(|e| failed(&e))?;
     for c in columns {
-        writer.write_record([&c.name, c.kind, c.unit, &c.description]).map_err(|e| failed(&e))?;
+        let row = [&escape::csv(&c.name), c.kind, c.unit, &escape::csv(&c.description)];
+        writer.write_record(row).map_err(|e| failed(&e))?;
     }
     writer.into_inner().map_err(|e| failed(&e))
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::Line;
+use crate::escape::markdown;
 
 /// One column of the data files.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -139,7 +140,7 @@ pub(super) fn description(columns: &[Column], studies: &[(String, String)], line
 }
 
 pub(super) fn readme(studies: &[(String, String)]) -> String {
-    let list: String = studies.iter().map(|(id, title)| format!("- {id}: {title}\n")).collect();
+    let list: String = studies.iter().map(|(id, title)| format!("- {}: {}\n", markdown(id), markdown(title))).collect();
     format!(
         "# Answers of perceptual studies\n\n{list}\nOne file a study and participant, one row an answer. Pseudonyms only; no wall \
          times, no hosts.\nEvery column is described in `dataset_description.json`.\n"

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::codec::{self, Entry, LineError};
 use super::record::{Kind, Record};
+use crate::files;
 
 /// No record is longer; a longer "line" is another kind of file.
 const LONGEST_LINE: u64 = 64 << 20;
@@ -46,6 +47,16 @@ pub enum JournalError {
         line: u64,
         /// Of the torn line.
         bytes: u64,
+    },
+    /// No record has so many bytes.
+    #[error("{}: line {line} is longer than the {most} bytes that a record may have; this is no journal, or its end is not one. Restore the file from a copy", path.display())]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: u64,
+        /// What is read.
+        most: u64,
     },
     /// A whole line that cannot be believed.
     #[error("{}: line {line} {source}; reading stops here. Restore the file from a copy, or let `cyclopean study recover` set this line and all after it aside", path.display())]
@@ -89,7 +100,7 @@ pub enum JournalError {
 /// # Errors
 /// [`JournalError::Read`] when it cannot be opened; all others come from the iterator.
 pub fn read(path: &Path) -> Result<Reader<BufReader<File>>, JournalError> {
-    let file = File::open(path).map_err(|source| JournalError::Read { path: path.to_owned(), source })?;
+    let file = files::open(path).map_err(|source| JournalError::Read { path: path.to_owned(), source })?;
     Ok(read_from(path, BufReader::with_capacity(BUFFER, file)))
 }
 
@@ -131,6 +142,9 @@ impl<R: BufRead> Reader<R> {
         self.line += 1;
         let (path, line) = (|| self.path.clone(), self.line);
         if self.buffer.pop() != Some(b'\n') {
+            if bytes as u64 == LONGEST_LINE {
+                return Err(JournalError::TooLong { path: path(), line, most: LONGEST_LINE });
+            }
             return Err(JournalError::Torn { path: path(), line, bytes: bytes as u64 });
         }
         let entry = codec::decode(&self.buffer).map_err(|source| JournalError::Line { path: path(), line, source })?;

@@ -166,7 +166,10 @@ fn definition(s: &StudyReport, out: &mut Vec<Block>) {
     }
     out.push(Block::Notes(lines));
     if let Some(text) = &study.text {
-        out.push(Block::Details { summary: "The study file, as the sessions ran it".into(), body: text.clone() });
+        out.push(Block::Details {
+            summary: "The study file, as the sessions ran it".into(),
+            body: text.replace("\r\n", "\n"),
+        });
     }
 }
 

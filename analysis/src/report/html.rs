@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::document::{Block, document};
 use super::input::ReportInput;
-use super::svg::escape;
+use crate::escape::html as escape;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -73,7 +73,8 @@ fn write_block(out: &mut String, block: &Block) {
             base64(png)
         ),
         Block::Details { summary, body } => {
-            write!(out, "<details><summary>{}</summary><pre>{}</pre></details>", escape(summary), escape(body))
+            let body: Vec<String> = body.lines().map(|line| escape(&line.replace('\t', "    "))).collect();
+            write!(out, "<details><summary>{}</summary><pre>{}</pre></details>", escape(summary), body.join("\n"))
         }
     };
 }

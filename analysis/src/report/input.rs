@@ -8,6 +8,7 @@ use crate::contrast::{ContrastResult, default_contrasts, planned_options, scores
 use crate::data::{Columns, Dataset, Loaded, Selection, SessionSummary, Study, load};
 use crate::equivalence::{NamedEquivalence, planned_equivalences};
 use crate::error::{Error, Result};
+use crate::files;
 use crate::friedman::{Friedman, friedman};
 use crate::inspect::{Inspection, inspect_all};
 use crate::interval::{Bootstrap, Method};
@@ -281,7 +282,8 @@ fn friedman_of(data: &Dataset) -> Result<Option<(Vec<String>, Friedman)>> {
 /// # Errors
 /// [`Error::Read`] and [`Error::Data`] for a file that is none.
 pub fn metrics_from_compare(path: &Path) -> Result<Vec<Metric>> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let text =
+        files::read_text(path, files::MOST_DATA).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let wrong = |what: &str| {
         Error::data(format!("{}: {what}; a compare.json of `cyclopean compare` is expected", path.display()))
     };

@@ -4,27 +4,33 @@ use serde_json::{Value, json};
 
 use super::document::{Block, document};
 use super::input::{ReportInput, Results};
+use crate::escape::{self, latex as tex, markdown as md};
 
 /// GitHub-flavoured Markdown; drawings and pictures are named, not shown.
 pub fn markdown(input: &ReportInput) -> String {
-    let cell = |t: &String| t.replace('|', "\\|").replace('\n', " ");
-    let mut out = format!("# {}\n\n", input.title);
+    let mut out = format!("# {}\n\n", md(&input.title));
     if let Some(stamp) = &input.stamp {
         out += &format!("**{} data**\n\n", stamp.to_uppercase());
     }
     for block in document(input) {
         out += &match block {
-            Block::Heading(level, text) => format!("{} {text}\n\n", "#".repeat(usize::from(level) + 1)),
-            Block::Text(text) => format!("{text}\n\n"),
-            Block::Notes(notes) => notes.iter().map(|n| format!("- {n}\n")).collect::<String>() + "\n",
+            Block::Heading(level, text) => format!("{} {}\n\n", "#".repeat(usize::from(level) + 1), md(&text)),
+            Block::Text(text) => format!("{}\n\n", md(&text)),
+            Block::Notes(notes) => notes.iter().map(|n| format!("- {}\n", md(n))).collect::<String>() + "\n",
             Block::Table { caption, head, rows } => {
-                let line = |r: &[String]| format!("| {} |\n", r.iter().map(cell).collect::<Vec<_>>().join(" | "));
+                let line = |r: &[String]| format!("| {} |\n", r.iter().map(|c| md(c)).collect::<Vec<_>>().join(" | "));
                 let rule = format!("|{}\n", " --- |".repeat(head.len()));
-                format!("{}{rule}{}\n{caption}\n\n", line(&head), rows.iter().map(|r| line(r)).collect::<String>())
+                let rows: String = rows.iter().map(|r| line(r)).collect();
+                format!("{}{rule}{rows}\n{}\n\n", line(&head), md(&caption))
             }
             Block::Plot { .. } => String::new(),
-            Block::Picture { caption, .. } => format!("(picture: {caption})\n\n"),
-            Block::Details { summary, body } => format!("{summary}:\n\n```\n{}\n```\n\n", body.trim_end()),
+            Block::Picture { caption, .. } => format!("(picture: {})\n\n", md(&caption)),
+            Block::Details { summary, body } => {
+                // A fence longer than any in the text: it cannot end there.
+                let longest = body.split(|c| c != '`').map(str::len).max().unwrap_or(0);
+                let fence = "`".repeat(longest.max(2) + 1);
+                format!("{}:\n\n{fence}\n{}\n{fence}\n\n", md(&summary), escape::terminal(body.trim_end()))
+            }
         };
     }
     out
@@ -68,31 +74,11 @@ pub fn latex(input: &ReportInput) -> String {
     out + "\\end{document}\n"
 }
 
-fn tex(text: &str) -> String {
-    let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
-                out.push('\\');
-                out.push(c);
-            }
-            '~' => out += "\\textasciitilde{}",
-            '^' => out += "\\textasciicircum{}",
-            '\\' => out += "\\textbackslash{}",
-            '<' => out += "\\textless{}",
-            '>' => out += "\\textgreater{}",
-            '±' => out += "$\\pm$",
-            '·' => out += "$\\cdot$",
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 /// The MOS table as CSV: one line a study and condition.
 pub fn csv(input: &ReportInput) -> String {
     let field = |t: &str| {
-        if t.contains([',', '"', '\n']) { format!("\"{}\"", t.replace('"', "\"\"")) } else { t.to_owned() }
+        let t = escape::csv(t);
+        if t.contains([',', '"']) { format!("\"{}\"", t.replace('"', "\"\"")) } else { t.into_owned() }
     };
     let mut factors: Vec<&str> = Vec::new();
     for (name, _) in input.studies.iter().flat_map(|s| &s.all.table.rows).flat_map(|r| &r.factors) {
@@ -102,7 +88,7 @@ pub fn csv(input: &ReportInput) -> String {
     }
     let mut out = format!(
         "study,{}n,votes,mean,sd,lo,hi,level,ci,kind\n",
-        factors.iter().map(|f| format!("{f},")).collect::<String>()
+        factors.iter().map(|f| format!("{},", field(f))).collect::<String>()
     );
     let number = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
     for table in input.studies.iter().map(|s| &s.all.table) {

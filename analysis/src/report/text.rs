@@ -1,15 +1,29 @@
 //! Tables as plain text, for terminals and logs.
 
+use std::borrow::Cow;
+
 use crate::contrast::ContrastResult;
 use crate::equivalence::NamedEquivalence;
+use crate::escape;
 use crate::mos::{Row, Table};
 use crate::preference::Preference;
 use crate::special::p_text;
 use crate::wilcoxon::{SignedRank, percent};
 
+/// A sentence with names in it, as one line.
+pub fn line(text: &str) -> String {
+    format!("{}\n", escape::line(text))
+}
+
+/// A remark, as one line.
+pub fn note(text: &str) -> String {
+    line(&format!("note: {text}"))
+}
+
 /// Columns of text below a header, each as wide as its widest cell; numbers flush right, words left.
 pub fn align(rows: &[Vec<String>]) -> String {
-    let numeric = |t: &String| t.starts_with(|c: char| c.is_ascii_digit() || "-[<".contains(c));
+    let rows: Vec<Vec<Cow<'_, str>>> = rows.iter().map(|r| r.iter().map(|c| escape::line(c)).collect()).collect();
+    let numeric = |t: &Cow<'_, str>| t.starts_with(|c: char| c.is_ascii_digit() || "-[<".contains(c));
     let right: Vec<bool> = (0..rows.iter().map(Vec::len).max().unwrap_or(0))
         .map(|c| c > 0 && rows.iter().skip(1).filter_map(|r| r.get(c)).all(numeric))
         .collect();
@@ -17,7 +31,7 @@ pub fn align(rows: &[Vec<String>]) -> String {
     let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|t| t.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let mut out = String::new();
-    for row in rows {
+    for row in &rows {
         let mut line = String::new();
         for (c, cell) in row.iter().enumerate() {
             let pad = " ".repeat(widths[c] - cell.chars().count());
@@ -33,7 +47,7 @@ pub fn align(rows: &[Vec<String>]) -> String {
 /// Name and value, one pair a line.
 pub fn facts(rows: &[Vec<String>]) -> String {
     let width = rows.iter().map(|r| r[0].chars().count()).max().unwrap_or(0);
-    rows.iter().map(|r| format!("{:width$}  {}\n", r[0], r[1].trim_end())).collect()
+    rows.iter().map(|r| format!("{:width$}  {}\n", escape::line(&r[0]), escape::line(r[1].trim_end()))).collect()
 }
 
 /// A number with up to three decimals, or a dash.
@@ -86,9 +100,9 @@ pub fn table(table: &Table) -> String {
     out += &format!("\n{}\n", table.convention);
     for row in &table.rows {
         let name = row.factors.iter().map(|f| f.1.as_str()).collect::<Vec<_>>().join(" ");
-        out.extend(row.interval.notes.iter().map(|n| format!("note: {name}: {n}\n")));
+        out.extend(row.interval.notes.iter().map(|n| note(&format!("{name}: {n}"))));
     }
-    out.extend(table.notes.iter().map(|n| format!("note: {n}\n")));
+    out.extend(table.notes.iter().map(|n| note(n)));
     out
 }
 
@@ -110,7 +124,7 @@ pub fn grid(table: &Table) -> String {
     for study in studies {
         let rows: Vec<&Row> = table.rows.iter().filter(|r| r.study == study).collect();
         if !study.is_empty() {
-            out += &format!("{study}\n");
+            out += &format!("{}\n", escape::line(study));
         }
         // A factor with one level would only repeat its word in every line.
         let varies =
@@ -188,7 +202,7 @@ pub fn signed_rank(t: &SignedRank) -> String {
         ],
     ]);
     out += &format!("convention: {}\n", t.convention);
-    out.extend(t.notes.iter().map(|n| format!("note: {n}\n")));
+    out.extend(t.notes.iter().map(|n| note(n)));
     out
 }
 
@@ -259,13 +273,13 @@ pub fn contrasts(results: &[ContrastResult], stamp: Option<&str>) -> String {
     }
     for (note, of) in remarks {
         let of = if of.len() == results.len() && of.len() > 1 { "every contrast".into() } else { of.join(", ") };
-        out += &format!("note: {of}: {note}\n");
+        out += &self::note(&format!("{of}: {note}"));
     }
     for r in results {
         if let Some(pooled) = &r.pooled {
             out += &format!(
                 "{}: {}: n = {}, z = {}, p asymptotic = {}, p exact = {}\n",
-                name(r),
+                escape::line(&name(r)),
                 pooled.label,
                 pooled.test.n,
                 number(pooled.test.z),
@@ -319,7 +333,7 @@ pub fn winners(p: &Preference) -> String {
             optional(c.p_adjusted),
         ]);
     }
-    let of_study = if p.study.is_empty() { String::new() } else { format!(" in {}", p.study) };
+    let of_study = if p.study.is_empty() { String::new() } else { format!(" in {}", escape::line(&p.study)) };
     let mut out = format!("who was preferred{of_study}\n");
     out += &align(&rows);
     out += "by: votes for it among those that decided, with their share and its exact interval (Clopper and Pearson); p: exact \
@@ -366,7 +380,7 @@ pub fn preference(p: &Preference) -> String {
             optional(c.split.p),
         ]);
     }
-    let mut out = if p.study.is_empty() { String::new() } else { format!("{}\n", p.study) };
+    let mut out = if p.study.is_empty() { String::new() } else { format!("{}\n", escape::line(&p.study)) };
     out += &align(&rows);
     let t = &p.overall;
     out += &format!(
@@ -381,7 +395,8 @@ pub fn preference(p: &Preference) -> String {
         optional(t.p_asymptotic)
     );
     for s in &p.davidson.strengths {
-        out += &format!("log-strength {}: {:.3} [{}, {}]\n", s.name, s.log_strength, number(s.lo), number(s.hi));
+        let name = escape::line(&s.name);
+        out += &format!("log-strength {name}: {:.3} [{}, {}]\n", s.log_strength, number(s.lo), number(s.hi));
     }
     out += &format!("tie parameter nu = {:.4}; {}\n", p.davidson.nu, p.davidson.convention);
     if let Some((ratio, nu)) = p.davidson.two_methods {
@@ -389,7 +404,7 @@ pub fn preference(p: &Preference) -> String {
     }
     out += &format!("convention: {}\n", p.convention);
     if !p.incomplete.is_empty() {
-        out += &format!("note: left out of the overall test, without every vote: {}\n", p.incomplete.join(", "));
+        out += &note(&format!("left out of the overall test, without every vote: {}", p.incomplete.join(", ")));
     }
     out
 }
@@ -401,8 +416,8 @@ pub fn equivalences(all: &[NamedEquivalence]) -> String {
         let r = &e.result;
         out += &format!(
             "equivalence {} - {} within ±{} steps: {} (p = {}, one-sided {} and {}, n = {}; mean difference {:.3} [{}, {}] at {})\n",
-            e.a,
-            e.b,
+            escape::line(&e.a),
+            escape::line(&e.b),
             r.margin,
             if r.equivalent { "shown" } else { "NOT shown" },
             p_text(r.p),
@@ -414,7 +429,7 @@ pub fn equivalences(all: &[NamedEquivalence]) -> String {
             number(r.difference.hi),
             percent(r.difference.level)
         );
-        out.extend(r.notes.iter().map(|n| format!("note: equivalence: {n}\n")));
+        out.extend(r.notes.iter().map(|n| note(&format!("equivalence: {n}"))));
     }
     out
 }

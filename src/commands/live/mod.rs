@@ -10,6 +10,7 @@ use clap::ValueEnum;
 
 use super::WrongUsage;
 use super::device::{self, Size};
+use super::outside::Outside;
 use crate::console::Console;
 use crate::render::Method;
 use crate::scene;
@@ -20,6 +21,8 @@ use crate::scene;
 pub struct Args {
     /// A built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
+    #[command(flatten)]
+    outside: Outside,
     /// The method to begin with, or NAME@N for N rays a pixel.
     #[arg(long, short, default_value = "stereo-temporal")]
     method: String,
@@ -68,7 +71,7 @@ const KEYS: &str = "In a headset: the stick switches the method, pressed it cent
 /// Wrong usage, an unreadable scene, no desktop, no device.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let method = Method::parse(&args.method).map_err(|e| WrongUsage(e.to_string()))?;
-    let scene = Arc::new(scene::load(&args.scene)?);
+    let scene = Arc::new(scene::load_with(&args.scene, args.outside.loading())?);
     let view = device::view(&scene, args.view.as_deref())?.clone();
     let asked = desktop::Asked { scene, view, method, size: args.size, frames: args.frames };
     match args.display {

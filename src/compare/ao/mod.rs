@@ -17,6 +17,7 @@ use super::{CompareError, file_stem, keep_failure};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::Settings;
+use crate::scene::Loading;
 
 pub use report::AoReport;
 pub use tables::markdown;
@@ -33,6 +34,8 @@ pub struct AoOptions {
     /// One of each scene's views; its first by default.
     pub view: Option<String>,
     pub out: PathBuf,
+    /// How the scenes are loaded.
+    pub loading: Loading,
 }
 
 /// Compares on each scene, writing `ao.json`, `ao.md` and the scene's drawings into `options.out` after each. A scene that

@@ -27,7 +27,7 @@ pub type Visibility = [Vec<f32>; 2];
 /// # Errors
 /// [`CompareError`].
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) -> Result<AoScene, CompareError> {
-    let scene = Arc::new(scene::load(name)?);
+    let scene = Arc::new(scene::load_with(name, options.loading)?);
     let view = run::view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use cyclopean_analysis::escape::markdown as markdown_of;
+
 use super::super::tables::{columns, row};
 use super::report::{AoReport, AoRow, AoScene};
 use crate::render::Ao;
@@ -42,7 +44,7 @@ pub fn markdown(report: &AoReport) -> String {
         summary(&mut out, &report.scenes);
     }
     for failure in &report.failed {
-        let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
+        let _ = writeln!(out, "**{} failed:** {}\n", markdown_of(&failure.scene), markdown_of(&failure.error));
     }
     out
 }
@@ -52,8 +54,8 @@ fn section(out: &mut String, scene: &AoScene) {
     let _ = writeln!(
         out,
         "## {} ({})\n\n{} of the left eye's pixels have a pair. Rays: {:.0} ms, mean visibility {}, inconsistency {}.\n",
-        scene.scene,
-        scene.view,
+        markdown_of(&scene.scene),
+        markdown_of(&scene.view),
         percent(Some(scene.paired)),
         rays.ms,
         number(rays.mean_visibility),

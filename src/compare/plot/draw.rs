@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use cyclopean_analysis::escape::html;
+
 /// Least distance of two names, pixels.
 const NAME_STEP: f64 = 17.0;
 
@@ -40,7 +42,7 @@ pub fn open(title: &str, width: f64, height: f64, left: f64) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" role=\"img\" aria-label=\"{}\"><style>{FORM}{}\
          @media(prefers-color-scheme:dark){{{}}}</style><rect class=\"ground\" width=\"100%\" height=\"100%\"/>",
-        escape(title),
+        html(title),
         colors(LIGHT),
         colors(DARK)
     );
@@ -162,12 +164,7 @@ pub fn line(out: &mut String, class: &str, (x1, y1): (f64, f64), (x2, y2): (f64,
 }
 
 pub fn text(out: &mut String, class: &str, x: f64, y: f64, words: &str) {
-    let _ = write!(out, "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(words));
-}
-
-/// What XML would take for markup.
-pub fn escape(words: &str) -> String {
-    words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let _ = write!(out, "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", html(words));
 }
 
 /// Plain between a ten-thousandth and ten thousand, else as a power of ten.

@@ -16,7 +16,7 @@ use super::{CompareError, file_stem, keep_failure};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{Method, Settings};
-use crate::scene::{HeadPath, Scene, View};
+use crate::scene::{HeadPath, Loading, Scene, View};
 
 pub use report::SequenceReport;
 pub use tables::markdown;
@@ -41,6 +41,8 @@ pub struct SequenceOptions<'a> {
     /// One of each scene's views; its first by default.
     pub view: Option<String>,
     pub out: PathBuf,
+    /// How the scenes are loaded.
+    pub loading: Loading,
 }
 
 /// Compares on each scene, writing `sequence.json`, `sequence.md` and the scene's drawing into `options.out` after each. A

@@ -39,7 +39,7 @@ pub fn scene(
     options: &SequenceOptions<'_>,
     console: &Console,
 ) -> Result<SequenceScene, CompareError> {
-    let scene = Arc::new(scene::load(name)?);
+    let scene = Arc::new(scene::load_with(name, options.loading)?);
     let view = run::view(&scene, options.view.as_deref())?.clone();
     let path = (options.path)(&scene, &view).map_err(CompareError::Path)?;
     let frames = path.frames_asked(options.frames).map_err(|e| CompareError::Path(e.to_string()))?;

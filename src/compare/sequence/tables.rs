@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use cyclopean_analysis::escape::markdown as markdown_of;
+
 use super::report::{SequenceReport, SequenceScene};
 use super::summary::{MEASURES, ratios};
 use crate::compare::tables::{columns, row};
@@ -30,7 +32,7 @@ pub fn markdown(report: &SequenceReport) -> String {
         report.device.driver,
         report.width,
         report.height,
-        report.path,
+        markdown_of(&report.path),
         report.reference_spp
     );
     for scene in &report.scenes {
@@ -40,7 +42,7 @@ pub fn markdown(report: &SequenceReport) -> String {
         summary(&mut out, report);
     }
     for failure in &report.failed {
-        let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
+        let _ = writeln!(out, "**{} failed:** {}\n", markdown_of(&failure.scene), markdown_of(&failure.error));
     }
     out
 }
@@ -49,7 +51,10 @@ fn section(out: &mut String, scene: &SequenceScene) {
     let _ = writeln!(
         out,
         "## {} ({})\n\n{} frames at {} a second.\n\n### Means over the frames\n",
-        scene.scene, scene.view, scene.frames, scene.rate_hz
+        markdown_of(&scene.scene),
+        markdown_of(&scene.view),
+        scene.frames,
+        scene.rate_hz
     );
     let names: Vec<&str> = ["method", "ms"].into_iter().chain(TITLES).chain(["lag, frames"]).collect();
     columns(out, &names, 1);

@@ -68,7 +68,7 @@ pub fn sheets(
     options: &Options,
     console: &Console,
 ) -> Result<Vec<(String, Canvas)>, CompareError> {
-    let scene = Arc::new(scene::load(name)?);
+    let scene = Arc::new(scene::load_with(name, options.loading)?);
     let view = view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));

@@ -4,6 +4,8 @@ mod summary;
 
 use std::fmt::Write as _;
 
+use cyclopean_analysis::escape::markdown as markdown_of;
+
 use super::report::{Report, Row, SceneReport};
 
 /// Groups of passes in the order of a frame.
@@ -46,13 +48,13 @@ pub fn markdown(report: &Report) -> String {
         summary::summary(&mut out, &report.summary, report.scenes.len());
     }
     for failure in &report.failed {
-        let _ = writeln!(out, "**{} failed:** {}\n", failure.scene, failure.error);
+        let _ = writeln!(out, "**{} failed:** {}\n", markdown_of(&failure.scene), markdown_of(&failure.error));
     }
     out
 }
 
 fn scene_section(out: &mut String, scene: &SceneReport) {
-    let _ = writeln!(out, "## {} ({})\n", scene.scene, scene.view);
+    let _ = writeln!(out, "## {} ({})\n", markdown_of(&scene.scene), markdown_of(&scene.view));
     let p = &scene.pairs;
     let _ = writeln!(
         out,
@@ -93,7 +95,7 @@ pub(super) fn columns(out: &mut String, names: &[&str], words: usize) {
 
 /// A line of a table.
 pub(super) fn row(out: &mut String, cells: impl Iterator<Item = String>) {
-    let _ = writeln!(out, "| {} |", cells.collect::<Vec<_>>().join(" | "));
+    let _ = writeln!(out, "| {} |", cells.map(|c| markdown_of(&c)).collect::<Vec<_>>().join(" | "));
 }
 
 /// `stereo@2`, with the fallback where the scene has two.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use cyclopean_analysis::escape::markdown as markdown_of;
+
 use super::{EQUAL_SAMPLE, head, ratio, row};
 use crate::compare::report::Summary;
 
@@ -76,7 +78,8 @@ fn left_out(out: &mut String, summary: &[Summary], columns: Columns<'_>) {
     let mut lines = Vec::new();
     for s in summary.iter().filter(|s| !s.left_out.is_empty()) {
         let Some((title, _)) = columns.iter().find(|(_, measure)| *measure == s.measure) else { continue };
-        let scenes: Vec<String> = s.left_out.iter().map(|l| format!("{} left out: {}", l.scene, l.why)).collect();
+        let scenes: Vec<String> =
+            s.left_out.iter().map(|l| format!("{} left out: {}", markdown_of(&l.scene), markdown_of(&l.why))).collect();
         lines.push(format!("- `{}`, {title}: {}; {}.", name(s, summary), votes(s), scenes.join("; ")));
     }
     if !lines.is_empty() {

@@ -13,6 +13,7 @@ mod words;
 use std::collections::VecDeque;
 
 use cyclopean_analysis::journal::record::{self, Shown, Trust};
+use cyclopean_analysis::{escape, terminal};
 
 use super::content::Content;
 use super::panel::View;
@@ -269,7 +270,7 @@ impl Drop for Desktop {
     fn drop(&mut self) {
         // Tests run with validation: a message must not go unnoticed.
         if let Err(error) = self.stage.gpu().check_validation() {
-            eprintln!("error: {error}");
+            terminal::say(&format!("error: {}\n", escape::line(&error.to_string())));
         }
     }
 }

@@ -7,6 +7,7 @@ use ash::vk;
 
 use crate::display::{DisplayError, StimulusFiles, memory};
 use crate::gpu::{Gpu, Image, ImageDesc};
+use crate::picture;
 
 /// Both eyes' display values, layer 0 left, 1 right: by stimulus, one image of a still, one a frame of a moving stimulus.
 pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> Result<Vec<Vec<Image>>, DisplayError> {
@@ -18,7 +19,7 @@ pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> 
 fn frame(gpu: &Rc<Gpu>, path: &Path, display: &'static str) -> Result<Image, DisplayError> {
     let failed = |what: String| DisplayError { display, what };
     let name = path.display();
-    let sbs = image::open(path).map_err(|e| failed(format!("{name}: {e}")))?.into_rgba8();
+    let sbs = picture::read_png(path).map_err(|e| failed(e.to_string()))?;
     let (width, height) = (sbs.width() / 2, sbs.height());
     if width == 0 || height == 0 {
         return Err(failed(format!("{name}: has no left and right half")));

@@ -1,7 +1,8 @@
 //! The operator's keyboard: a letter and Enter on standard input.
 
-use std::io::BufRead as _;
 use std::sync::mpsc::{Receiver, channel};
+
+use cyclopean_analysis::{files, terminal};
 
 use crate::study::protocol::Input;
 
@@ -15,6 +16,9 @@ pub(super) enum Key {
 
 /// The keys, for people.
 pub const KEYS: &str = "operator, each with Enter: p pause, c continue, s skip, r centre the view, 1–9 choose, y confirm, n decline, q quit (resume later), abandon, withdraw";
+
+/// Nobody types more.
+const LONGEST_LINE: u64 = 4096;
 
 pub(super) fn key(line: &str) -> Option<Key> {
     let input = match line.trim() {
@@ -37,7 +41,7 @@ pub(super) fn key(line: &str) -> Option<Key> {
 pub(super) fn listen() -> Receiver<Key> {
     let (sender, receiver) = channel();
     let hear = move || {
-        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+        for line in files::lines(std::io::stdin().lock(), LONGEST_LINE).map_while(Result::ok) {
             match key(&line) {
                 Some(key) => {
                     if sender.send(key).is_err() {
@@ -45,7 +49,7 @@ pub(super) fn listen() -> Receiver<Key> {
                     }
                 }
                 None if line.trim().is_empty() => {}
-                None => eprintln!("{KEYS}"),
+                None => terminal::say(&format!("{KEYS}\n")),
             }
         }
     };

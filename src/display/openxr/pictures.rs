@@ -193,8 +193,7 @@ struct Eyes {
 
 impl Eyes {
     fn read(path: &Path) -> Result<Eyes, DisplayError> {
-        let picture = image::open(path).map_err(|e| failure(format!("cannot read {}: {e}", path.display())))?;
-        let both = picture.into_rgba8();
+        let both = crate::picture::read_png(path).map_err(|e| failure(e.to_string()))?;
         let (width, height) = (both.width() / 2, both.height());
         if width == 0 || both.width() % 2 != 0 {
             return Err(failure(format!("{} does not hold two pictures side by side", path.display())));

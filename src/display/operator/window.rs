@@ -229,7 +229,7 @@ impl Window<'_> {
     /// The left eye's picture, small; none where it cannot be read, which the session has found out before.
     fn thumbnail(&self, stimulus: u32) -> Option<Image> {
         let files = self.stimuli.get(stimulus as usize)?;
-        let sbs = image::open(files.first()).ok()?.into_rgba8();
+        let sbs = crate::picture::read_png(files.first()).ok()?;
         let left = image::imageops::crop_imm(&sbs, 0, 0, (sbs.width() / 2).max(1), sbs.height()).to_image();
         let (width, height) = (left.width().min(640), (left.height() * left.width().min(640) / left.width()).max(1));
         let small = image::imageops::resize(&left, width, height, image::imageops::FilterType::Triangle);

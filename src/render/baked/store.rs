@@ -36,7 +36,7 @@ pub struct Kept {
 
 /// What was kept, if it is whole.
 pub fn read(folder: &Path, key: &str) -> Option<Kept> {
-    let bytes = std::fs::read(path(folder, key)).ok()?;
+    let bytes = files::read(&path(folder, key), files::MOST_DATA).ok()?;
     let whole = bytes.split_at_checked(32).filter(|(digest, rest)| Sha256::digest(rest).as_slice() == *digest);
     let parts = whole.and_then(|(_, rest)| rest.split_at_checked(8)).filter(|(_, values)| values.len() % 16 == 0);
     let Some((spacing, values)) = parts else {

@@ -24,6 +24,11 @@ pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
 fn decode_hdr(bytes: &[u8]) -> Result<Equirect, Reason> {
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes))
         .map_err(|error| format!("neither Radiance HDR nor OpenEXR: {error}"))?;
+    let (width, height) = image::ImageDecoder::dimensions(&decoder);
+    // Asked before the texels are allocated.
+    if u64::from(width) * u64::from(height) > MOST_TEXELS {
+        return Err(format!("Radiance HDR: {width} × {height} texels; at most {MOST_TEXELS} are read"));
+    }
     let image =
         image::DynamicImage::from_decoder(decoder).map_err(|error| format!("Radiance HDR: {error}"))?.into_rgb32f();
     let (width, height) = image.dimensions();

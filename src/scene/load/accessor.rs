@@ -4,6 +4,7 @@ use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 
+use super::budget::Budget;
 use crate::scene::error::Reason;
 
 /// An accessor's elements one after another, components flat.
@@ -17,10 +18,15 @@ pub struct Elements {
 /// More elements than any scene needs: a sparse accessor without a buffer may claim any count in a few bytes.
 pub const MOST_ELEMENTS: u64 = 1 << 25;
 
+/// As many may be claimed without a single byte behind them.
+const MOST_ZEROS: u64 = 1 << 22;
+
 /// The document with its buffers in memory.
 pub struct Buffers {
     pub root: Root,
     pub buffers: Vec<Vec<u8>>,
+    /// Many meshes may ask for the same elements.
+    pub budget: Budget,
 }
 
 impl Buffers {
@@ -50,7 +56,9 @@ impl Buffers {
             return Err(format!("accessors[{index}] has {width} components an element; expected {widths:?}"));
         }
         let component = component(accessor).ok_or_else(|| format!("accessors[{index}].componentType is unknown"))?;
-        let mut values = vec![0.0f32; self.checked_count(index, accessor)? * width];
+        let count = self.checked_count(index, accessor)? * width;
+        self.budget.take(count as u64 * 4)?;
+        let mut values = vec![0.0f32; count];
         self.fill(index, accessor, component, width, |at, value| values[at] = value)?;
         Ok(Elements { width, values })
     }
@@ -65,6 +73,7 @@ impl Buffers {
             return Err(format!("accessors[{index}] must hold unsigned integers"));
         }
         let count = self.checked_count(index, accessor)?;
+        self.budget.take((count * width) as u64 * 4)?;
         let Some(view) = accessor.buffer_view else { return Ok(vec![0; count * width]) };
         let size = component.size();
         let offset = accessor.byte_offset.map_or(0, |o| o.0);
@@ -92,6 +101,11 @@ impl Buffers {
         let count = accessor.count.0;
         if count > MOST_ELEMENTS {
             return Err(format!("accessors[{index}].count is {count}; at most {MOST_ELEMENTS} are read"));
+        }
+        if accessor.buffer_view.is_none() && count > MOST_ZEROS {
+            return Err(format!(
+                "accessors[{index}].count is {count}; without a bufferView at most {MOST_ZEROS} are read"
+            ));
         }
         if let Some(view) = accessor.buffer_view {
             // Before anything is allocated: a few bytes of JSON may claim gigabytes.

@@ -68,7 +68,7 @@ pub fn with_manifest(
         }
         views.push(view(spec).map_err(|reason| format!("view `{}`: {reason}", spec.name))?);
     }
-    let paths = document.paths.clone();
+    let (nodes, node_of) = (std::mem::take(&mut document.nodes), std::mem::take(&mut document.node_of));
     let mut scene = scene(manifest.name.clone(), document, environment, reader);
     scene.lights.extend(placed);
     if !views.is_empty() {
@@ -93,7 +93,8 @@ pub fn with_manifest(
         scene.open_mesh_thickness_m = thickness;
     }
     for spec in &manifest.motion {
-        let motion = motion(spec, &scene, &paths).map_err(|reason| format!("motion of `{}`: {reason}", spec.node))?;
+        let motion = motion(spec, &scene, (&nodes, &node_of))
+            .map_err(|reason| format!("motion of `{}`: {reason}", spec.node))?;
         scene.motions.push(motion);
     }
     scene.set_time(0.0, FRAME_S);
@@ -204,8 +205,17 @@ fn placed_map(spec: &MapSpec, map: Option<Equirect>) -> Result<Equirect, Reason>
     Ok(map)
 }
 
-fn motion(spec: &MotionSpec, scene: &Scene, paths: &[Vec<String>]) -> Result<Motion, Reason> {
-    let instances: Vec<usize> = (0..paths.len()).filter(|i| paths[*i].contains(&spec.node)).collect();
+/// What moves: the instances of all nodes of that name and of all nodes below them.
+fn motion(
+    spec: &MotionSpec,
+    scene: &Scene,
+    (nodes, node_of): (&[(String, Option<usize>)], &[usize]),
+) -> Result<Motion, Reason> {
+    let mut moves = vec![false; nodes.len()];
+    for (place, (name, parent)) in nodes.iter().enumerate() {
+        moves[place] = *name == spec.node || parent.is_some_and(|parent| moves[parent]);
+    }
+    let instances: Vec<usize> = (0..node_of.len()).filter(|i| moves[node_of[*i]]).collect();
     if instances.is_empty() {
         return Err("no node of that name carries a mesh".to_owned());
     }

@@ -5,6 +5,7 @@ use gltf::json::validation::{Checked, Error as JsonError, Validate};
 use gltf::json::{Path as JsonPath, Root};
 
 use super::extensions::{self, ExtensionUse};
+use super::limits;
 use crate::scene::error::SceneError;
 
 /// A checked document.
@@ -21,10 +22,10 @@ pub struct Parsed {
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes).map_err(invalid)? } else { (bytes, None) };
+    limits::json(json).map_err(invalid)?;
     let mut root = document(json).map_err(invalid)?;
-    if !root.asset.version.starts_with("2.") {
-        return Err(invalid(format!("asset.version is `{}`; only glTF 2 is read", root.asset.version)));
-    }
+    check_version(&root.asset.version, root.asset.min_version.as_deref()).map_err(invalid)?;
+    limits::names(&root).map_err(invalid)?;
     let unknown = extensions::unknown(&root);
     if !unknown.is_empty() {
         return Err(SceneError::Extension { file: file.to_owned(), names: unknown });
@@ -62,9 +63,9 @@ fn document(json: &[u8]) -> Result<Root, String> {
         return Err(error);
     }
     // The first version names its parts where the second numbers them: little of it parses.
-    let version = value.get("asset").and_then(|a| a.get("version")).and_then(|v| v.as_str());
-    if let Some(old) = version.filter(|v| !v.starts_with("2.")) {
-        return Err(format!("asset.version is `{old}`; only glTF 2 is read"));
+    let said = |key: &str| value.get("asset").and_then(|a| a.get(key)).and_then(|v| v.as_str());
+    if let Some(version) = said("version") {
+        check_version(version, said("minVersion"))?;
     }
     if value.get("accessors").is_some_and(serde_json::Value::is_object) {
         return Err("this is glTF 1; only glTF 2 is read".to_owned());
@@ -81,6 +82,27 @@ fn document(json: &[u8]) -> Result<Root, String> {
     (value["scenes"], value["animations"]) = (scenes.into(), animations.into());
     // What is wrong besides is said of the file as it is: with its line.
     serde_json::from_value(value).map_err(|_| error)
+}
+
+/// What the file is written in, and the least that a reader must know of the format (glTF 2.0 §5.9): this one knows 2.0.
+fn check_version(version: &str, least: Option<&str>) -> Result<(), String> {
+    let quoted = |text: &str| text.chars().take(40).collect::<String>();
+    if !matches!(numbers(version), Some((2, _))) {
+        return Err(format!("asset.version is `{}`; only glTF 2 is read", quoted(version)));
+    }
+    match least {
+        Some(least) if numbers(least).is_none_or(|n| n > (2, 0)) => {
+            Err(format!("asset.minVersion is `{}`; this program reads glTF 2.0", quoted(least)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Major and minor number of `2.0`.
+fn numbers(version: &str) -> Option<(u32, u32)> {
+    let (major, minor) = version.split_once('.')?;
+    let number = |text: &str| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok()).flatten();
+    Some((number(major)?, number(minor)?))
 }
 
 /// Leaves out attributes whose names are neither the core format's nor begin with an underscore.

@@ -1,6 +1,6 @@
 //! A whole glTF: its nodes' meshes, materials, lights and cameras, gathered and mended.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
@@ -8,11 +8,11 @@ use gltf::json::mesh::Primitive as JsonPrimitive;
 use gltf::json::validation::Checked;
 
 use super::accessor::Buffers;
-use super::budget::Budget;
 use super::container::{self, Parsed};
 use super::extensions::ExtensionUse;
 use super::files::Reader;
 use super::image::Textures;
+use super::limits::{MOST_LIGHTS, MOST_PLACED, MOST_VIEWS};
 use super::nodes::{self, Placed};
 use super::repair::{self, Mesh};
 use super::{draco, instancing, material, mesh, meshopt, weld};
@@ -27,8 +27,10 @@ pub const DEFAULT_IPD_M: f64 = 0.063;
 pub struct Document {
     pub primitives: Vec<Primitive>,
     pub instances: Vec<Instance>,
-    /// Per instance: node names from the root down to its own.
-    pub paths: Vec<Vec<String>>,
+    /// The placed nodes' names, each with the place of its parent in this list, which comes before its own.
+    pub nodes: Vec<(String, Option<usize>)>,
+    /// Per instance: the place of its node in `nodes`.
+    pub node_of: Vec<usize>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub lights: Vec<Light>,
@@ -63,17 +65,29 @@ fn build(parsed: Parsed, reader: &mut Reader) -> Result<Document, Reason> {
         }
         data.push(bytes);
     }
-    let mut budget = Budget::default();
-    meshopt::unpack(&mut root, &mut data, &mut budget)?;
-    let mut buffers = Buffers { root, buffers: data };
-    draco::unpack(&mut buffers, &mut budget)?;
+    let budget = reader.budget().clone();
+    meshopt::unpack(&mut root, &mut data, &budget)?;
+    let mut buffers = Buffers { root, buffers: data, budget: budget.clone() };
+    draco::unpack(&mut buffers, &budget)?;
     let placed = nodes::place(&buffers.root)?;
-    let mut builder =
-        Builder { buffers: &buffers, out: Document::default(), made: BTreeMap::new(), default_material: None };
+    let mut place_of = vec![None; buffers.root.nodes.len()];
+    placed.iter().enumerate().for_each(|(place, p)| place_of[p.node] = Some(place));
+    let mut builder = Builder {
+        buffers: &buffers,
+        placed: &placed,
+        place_of,
+        out: Document::default(),
+        made: BTreeMap::new(),
+        primes: BTreeMap::new(),
+        view_names: BTreeSet::new(),
+        default_material: None,
+    };
     (builder.out.extensions, builder.out.repairs) = (uses, notes);
     builder.materials(reader)?;
-    for node in &placed {
-        builder.node(node, &placed)?;
+    let name = |p: &Placed| (buffers.root.nodes[p.node].name.clone().unwrap_or_default(), p.parent);
+    builder.out.nodes = placed.iter().map(name).collect();
+    for place in 0..placed.len() {
+        builder.node(place)?;
     }
     Ok(builder.out)
 }
@@ -83,14 +97,20 @@ type MadeKey = (usize, usize, Vec<u32>, bool);
 
 struct Builder<'a> {
     buffers: &'a Buffers,
+    placed: &'a [Placed],
+    /// By node: its place in `placed`; none when it is not in the scene.
+    place_of: Vec<Option<usize>>,
     out: Document,
     made: BTreeMap<MadeKey, Option<usize>>,
+    /// By a camera's name: how many marks the last view of this name got.
+    primes: BTreeMap<String, usize>,
+    view_names: BTreeSet<String>,
     default_material: Option<usize>,
 }
 
 impl Builder<'_> {
     fn materials(&mut self, reader: &mut Reader) -> Result<(), Reason> {
-        let mut textures = Textures::default();
+        let mut textures = Textures::new(reader.budget().clone());
         for (i, json) in self.buffers.root.materials.iter().enumerate() {
             let name = json.name.clone().unwrap_or_else(|| i.to_string());
             let mut notes = Vec::new();
@@ -102,11 +122,12 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn node(&mut self, placed: &Placed, all: &[Placed]) -> Result<(), Reason> {
+    fn node(&mut self, place: usize) -> Result<(), Reason> {
+        let placed = &self.placed[place];
         let node = &self.buffers.root.nodes[placed.node];
         let label = nodes::label(node, placed.node);
         if let Some(camera) = node.camera {
-            self.camera(camera.value(), placed, &label);
+            self.camera(camera.value(), placed, &label)?;
         }
         if !placed.visible {
             return Ok(());
@@ -119,19 +140,19 @@ impl Builder<'_> {
             self.buffers.root.meshes.get(mesh.value()).ok_or_else(|| format!("{label}: its mesh does not exist"))?;
         let name = json.name.clone().unwrap_or_else(|| format!("meshes[{}]", mesh.value()));
         let weights = node.weights.as_ref().or(json.weights.as_ref()).cloned().unwrap_or_default();
-        let skin = node.skin.map(|s| self.joints(s.value(), all)).transpose().map_err(|r| format!("{label}: {r}"))?;
+        let skin = node.skin.map(|s| self.joints(s.value())).transpose().map_err(|r| format!("{label}: {r}"))?;
         let left = instancing::MOST_INSTANCES.saturating_sub(self.out.instances.len()) / json.primitives.len().max(1);
         let places = instancing::places(self.buffers, node, left).map_err(|r| format!("{label}: {r}"))?;
         for (k, primitive) in json.primitives.iter().enumerate() {
             let at = |reason: Reason| format!("mesh `{name}` primitive {k}: {reason}");
             if let Some((origin, joints)) = &skin {
                 let made = self.primitive(&name, k, primitive, &weights, Some(joints)).map_err(at)?;
-                self.place(made, DAffine3::from_translation(*origin), placed);
+                self.place(made, DAffine3::from_translation(*origin), place)?;
                 continue;
             }
             let bits: Vec<u32> = weights.iter().map(|w| w.to_bits()).collect();
-            for place in places.as_deref().unwrap_or(&[DAffine3::IDENTITY]) {
-                let world_from_object = placed.world_from_node * *place;
+            for within in places.as_deref().unwrap_or(&[DAffine3::IDENTITY]) {
+                let world_from_object = placed.world_from_node * *within;
                 let mirrored = world_from_object.matrix3.determinant() < 0.0;
                 let key = (mesh.value(), k, bits.clone(), mirrored);
                 let made = match self.made.get(&key) {
@@ -147,17 +168,21 @@ impl Builder<'_> {
                 };
                 // The mirrored mesh under the un-mirrored transform: every instance keeps its winding.
                 let flip = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
-                self.place(made, world_from_object * DAffine3::from_scale(flip), placed);
+                self.place(made, world_from_object * DAffine3::from_scale(flip), place)?;
             }
         }
         Ok(())
     }
 
-    fn place(&mut self, primitive: Option<usize>, world_from_object: DAffine3, placed: &Placed) {
-        let Some(primitive) = primitive else { return };
+    fn place(&mut self, primitive: Option<usize>, world_from_object: DAffine3, place: usize) -> Result<(), Reason> {
+        let Some(primitive) = primitive else { return Ok(()) };
+        if self.out.instances.len() == MOST_PLACED {
+            return Err(format!("the scene places more than {MOST_PLACED} primitives, which is not read"));
+        }
         let previous_world_from_object = world_from_object;
         self.out.instances.push(Instance { primitive, world_from_object, previous_world_from_object });
-        self.out.paths.push(placed.path.clone());
+        self.out.node_of.push(place);
+        Ok(())
     }
 
     fn primitive(
@@ -173,6 +198,8 @@ impl Builder<'_> {
             self.out.repairs.push(format!("mesh `{name}`: points or lines are not drawn"));
             return Ok(None);
         };
+        // What becomes of it: position, normal, tangent, two UV sets and a colour a vertex.
+        self.buffers.budget.take(mesh.positions.len() as u64 * 72 + mesh.indices.len() as u64 * 4)?;
         let closed = weld::is_closed(&mesh.positions, &mesh.indices);
         let material = match json.material {
             Some(index) if index.value() < self.buffers.root.materials.len() => index.value(),
@@ -199,12 +226,15 @@ impl Builder<'_> {
     }
 
     /// The skin's origin (kept apart so that f32 positions stay small) and its joint matrices relative to it.
-    fn joints(&self, index: usize, all: &[Placed]) -> Result<(DVec3, Vec<DMat4>), Reason> {
+    fn joints(&self, index: usize) -> Result<(DVec3, Vec<DMat4>), Reason> {
         let skin = self.buffers.root.skins.get(index).ok_or_else(|| format!("skins[{index}] does not exist"))?;
         let world = |node: usize| {
-            let found = all.iter().find(|p| p.node == node).map(|p| p.world_from_node);
+            let place = self.place_of.get(node).copied().flatten();
+            let found = place.map(|place| self.placed[place].world_from_node);
             found.ok_or_else(|| format!("skins[{index}]: joint node {node} is not in the scene"))
         };
+        // A matrix each; every mesh with this skin asks for them anew.
+        self.buffers.budget.take(skin.joints.len() as u64 * 128)?;
         let inverse: Vec<DMat4> = match skin.inverse_bind_matrices {
             Some(accessor) => self
                 .buffers
@@ -230,20 +260,20 @@ impl Builder<'_> {
         Ok((origin, joints?))
     }
 
-    fn camera(&mut self, index: usize, placed: &Placed, label: &str) {
-        let Some(camera) = self.buffers.root.cameras.get(index) else { return };
+    fn camera(&mut self, index: usize, placed: &Placed, label: &str) -> Result<(), Reason> {
+        let Some(camera) = self.buffers.root.cameras.get(index) else { return Ok(()) };
         let Some(lens) = camera.perspective.as_ref().filter(|l| l.yfov > 0.0 && l.yfov < 3.1) else {
             self.out.repairs.push(format!("{label}: its camera is not a perspective one and makes no view"));
-            return;
+            return Ok(());
         };
         let Some(world_from_view) = orientation(placed) else {
             self.out.repairs.push(format!("{label}: its camera has no direction and makes no view"));
-            return;
+            return Ok(());
         };
         let name = camera.name.clone().or_else(|| self.buffers.root.nodes[placed.node].name.clone());
-        let mut name = name.unwrap_or_else(|| format!("camera{index}"));
-        while self.out.views.iter().any(|v| v.name == name) {
-            name.push('\'');
+        let name = self.fresh(name.unwrap_or_else(|| format!("camera{index}")));
+        if self.out.views.len() == MOST_VIEWS {
+            return Err(format!("the scene has more than {MOST_VIEWS} cameras, which is not read"));
         }
         self.out.views.push(View {
             name,
@@ -254,6 +284,19 @@ impl Builder<'_> {
             cant_rad: 0.0,
             near_m: if lens.znear > 0.0 { f64::from(lens.znear) } else { 0.05 },
         });
+        Ok(())
+    }
+
+    /// A name that no view has yet: as many marks behind it as it takes.
+    fn fresh(&mut self, name: String) -> String {
+        let primes = self.primes.entry(name.clone()).or_default();
+        loop {
+            let marked = format!("{name}{}", "'".repeat(*primes));
+            *primes += 1;
+            if self.view_names.insert(marked.clone()) {
+                return marked;
+            }
+        }
     }
 
     fn light(&mut self, index: usize, placed: &Placed, label: &str) -> Result<(), Reason> {
@@ -285,6 +328,9 @@ impl Builder<'_> {
                 LightSource::Spot { position, direction, intensity: power, range_m, inner_rad, outer_rad }
             }
         };
+        if self.out.lights.len() == MOST_LIGHTS {
+            return Err(format!("the scene has more than {MOST_LIGHTS} lights, which is not read"));
+        }
         self.out.lights.push(source.into());
         let name = light.name.as_ref().or(self.buffers.root.nodes[placed.node].name.as_ref());
         self.out.light_names.push(name.cloned().unwrap_or_default());

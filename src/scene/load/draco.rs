@@ -32,7 +32,7 @@ struct Unpacked {
 }
 
 /// Decodes every compressed primitive and gives it accessors of its own.
-pub fn unpack(buffers: &mut Buffers, budget: &mut Budget) -> Result<(), Reason> {
+pub fn unpack(buffers: &mut Buffers, budget: &Budget) -> Result<(), Reason> {
     // Primitives may share a view: it is decoded once.
     let mut done: BTreeMap<usize, Unpacked> = BTreeMap::new();
     for m in 0..buffers.root.meshes.len() {
@@ -68,7 +68,7 @@ pub fn unpack(buffers: &mut Buffers, budget: &mut Budget) -> Result<(), Reason> 
     Ok(())
 }
 
-fn decode(buffers: &mut Buffers, view: usize, budget: &mut Budget) -> Result<Unpacked, Reason> {
+fn decode(buffers: &mut Buffers, view: usize, budget: &Budget) -> Result<Unpacked, Reason> {
     let bytes = buffers.view(view)?;
     if !bytes.starts_with(b"DRACO") {
         return Err("the bytes are not a Draco stream".to_owned());

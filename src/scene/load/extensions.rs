@@ -93,22 +93,19 @@ pub fn treatment(name: &str) -> (Treatment, &'static str) {
 
 /// Names that the file requires and that are not known here, in its order, each once.
 pub fn unknown(root: &Root) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
-    for name in &root.extensions_required {
-        if !KNOWN.iter().any(|(known, ..)| known == name) && !out.contains(name) {
-            out.push(name.clone());
-        }
-    }
-    out
+    let mut seen = BTreeSet::new();
+    let unknown = |name: &&String| !KNOWN.iter().any(|(known, ..)| known == name) && seen.insert((*name).clone());
+    root.extensions_required.iter().filter(unknown).cloned().collect()
 }
 
 /// All extensions that the file names, and what becomes of each; sorted by name.
 pub fn uses(root: &Root) -> Vec<ExtensionUse> {
     let names: BTreeSet<&str> =
         root.extensions_used.iter().chain(&root.extensions_required).map(String::as_str).collect();
+    let required: BTreeSet<&str> = root.extensions_required.iter().map(String::as_str).collect();
     let describe = |name: &str| {
         let (treatment, how) = treatment(name);
-        let required = root.extensions_required.iter().any(|r| r == name);
+        let required = required.contains(name);
         ExtensionUse { name: name.to_owned(), required, treatment, how: how.to_owned() }
     };
     names.into_iter().map(describe).collect()

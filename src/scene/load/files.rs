@@ -1,17 +1,22 @@
 //! Where a glTF's other files come from: its folder, memory, or the URI itself; every byte read is hashed.
+//!
+//! A glTF is often somebody else's. What it names is read from its own folder and the folders below alone, wherever
+//! `..`, its percent-encoded form or a symbolic link may lead, unless the caller asks otherwise.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
+use cyclopean_analysis::files;
 use sha2::{Digest, Sha256};
 
+use super::budget::Budget;
 use crate::scene::error::Reason;
 
 /// The place relative URIs lead to.
 #[derive(Debug)]
 pub enum Files {
-    /// A folder on disk.
-    Folder(PathBuf),
+    /// A folder on disk, and whether URIs may lead out of it.
+    Folder { folder: PathBuf, allow_outside: bool },
     /// Files made in memory, by name: the built-in scenes, which thereby take the same path as all others.
     Memory(BTreeMap<String, Vec<u8>>),
 }
@@ -23,13 +28,19 @@ const READING: &[u8] = b"reading 2";
 pub struct Reader {
     files: Files,
     hash: Sha256,
+    budget: Budget,
 }
 
 impl Reader {
     pub fn new(files: Files) -> Reader {
-        let mut reader = Reader { files, hash: Sha256::new() };
+        let mut reader = Reader { files, hash: Sha256::new(), budget: Budget::default() };
         reader.hash(READING);
         reader
+    }
+
+    /// What the scene may still take, whoever reads it.
+    pub fn budget(&self) -> &Budget {
+        &self.budget
     }
 
     /// Adds bytes that did not come through [`Reader::read`] to the hash.
@@ -48,27 +59,73 @@ impl Reader {
     pub fn read(&mut self, uri: &str) -> Result<Vec<u8>, Reason> {
         let bytes = if let Some(data) = uri.strip_prefix("data:") {
             decode_data_uri(data)?
+        } else if uri.len() > LONGEST_URI {
+            return Err(format!("a URI has {} bytes; at most {LONGEST_URI} are read", uri.len()));
         } else if uri.contains("://") || uri.starts_with("file:") {
             return Err(format!("`{uri}` is not a relative path or a data URI"));
         } else {
-            self.read_relative(&percent_decode(uri)?)?
+            self.read_relative(uri, &percent_decode(uri)?)?
         };
+        self.budget.take(bytes.len() as u64)?;
         self.hash(&bytes);
         Ok(bytes)
     }
 
-    fn read_relative(&self, name: &str) -> Result<Vec<u8>, Reason> {
+    fn read_relative(&self, uri: &str, name: &str) -> Result<Vec<u8>, Reason> {
         match &self.files {
-            Files::Folder(folder) => {
+            Files::Folder { folder, allow_outside } => {
                 if Path::new(name).is_absolute() {
                     return Err(format!("`{name}` is absolute; glTF paths are relative to the file"));
                 }
-                let path = folder.join(name);
-                std::fs::read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+                let mut path = folder.join(name);
+                let cannot = |error: std::io::Error| format!("cannot read {}: {error}", folder.join(name).display());
+                if !allow_outside {
+                    path = inside(folder, name).map_err(|refused| match refused {
+                        Refused::Outside(why) => outside(&format!("the URI `{uri}`"), why),
+                        Refused::Io(error) => cannot(error),
+                    })?;
+                }
+                files::read(&path, self.budget.left()).map_err(cannot)
             }
             Files::Memory(files) => files.get(name).cloned().ok_or_else(|| format!("there is no file `{name}`")),
         }
     }
+}
+
+/// Longer than any path that a system takes.
+const LONGEST_URI: usize = 4096;
+
+/// Why a name is not a file of a folder.
+pub enum Refused {
+    /// It leads out of the folder: how.
+    Outside(&'static str),
+    /// The system does not find it.
+    Io(std::io::Error),
+}
+
+/// The sentence for what leads out of a scene's folder.
+pub fn outside(what: &str, why: &str) -> Reason {
+    format!(
+        "{what} leads out of the scene's folder ({why}), and a scene reads nothing outside it unless --allow-outside is given"
+    )
+}
+
+/// The real path of the file `name` of `folder`, with every symbolic link followed.
+pub fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refused> {
+    // Before the system is asked: a refusal tells nothing of what is outside.
+    let mut depth = 0usize;
+    for part in Path::new(name).components() {
+        match part {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir => depth = depth.checked_sub(1).ok_or(Refused::Outside("by `..`"))?,
+            Component::RootDir | Component::Prefix(_) => return Err(Refused::Outside("it is absolute")),
+        }
+    }
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let root = here.canonicalize().map_err(Refused::Io)?;
+    let path = here.join(name).canonicalize().map_err(Refused::Io)?;
+    if path.starts_with(&root) { Ok(path) } else { Err(Refused::Outside("by a symbolic link")) }
 }
 
 /// `data:` was stripped: `[media type][;base64],payload`.

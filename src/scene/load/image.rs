@@ -67,7 +67,6 @@ pub fn encoded(x: f32) -> u8 {
 }
 
 /// Textures asked for so far, each decoded once.
-#[derive(Default)]
 pub struct Textures {
     pub list: Vec<Texture>,
     slots: BTreeMap<(usize, bool), usize>,
@@ -82,6 +81,10 @@ struct Image {
 }
 
 impl Textures {
+    pub fn new(budget: Budget) -> Textures {
+        Textures { list: Vec::new(), slots: BTreeMap::new(), images: BTreeMap::new(), budget }
+    }
+
     /// The index in [`Textures::list`] of glTF texture `index`, read as colour (`srgb`) or as data.
     pub fn slot(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize, srgb: bool) -> Result<usize, Reason> {
         if let Some(slot) = self.slots.get(&(index, srgb)) {
@@ -120,7 +123,10 @@ impl Textures {
         let decoded = match self.images.entry(source) {
             Entry::Occupied(found) => found.into_mut(),
             Entry::Vacant(place) => {
-                let decoded = decode(buffers, reader, source);
+                let decoded = decode(buffers, reader, source).and_then(|decoded| {
+                    self.budget.take(decoded.rgba8.len() as u64)?;
+                    Ok(decoded)
+                });
                 place.insert(decoded.map_err(|reason| format!("{}: {reason}", label(&buffers.root, source)))?)
             }
         };
@@ -166,6 +172,7 @@ fn source(texture: &JsonTexture, images: usize) -> Result<usize, Reason> {
 fn label(root: &Root, index: usize) -> String {
     let image = root.images.get(index);
     let name = image.and_then(|i| i.name.as_deref().or(i.uri.as_deref())).filter(|n| !n.starts_with("data:"));
+    let name = name.map(|name| name.chars().take(200).collect::<String>());
     name.map_or_else(|| format!("images[{index}]"), |name| format!("image `{name}`"))
 }
 

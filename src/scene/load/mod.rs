@@ -13,6 +13,7 @@ mod framing;
 mod image;
 mod instancing;
 mod lights;
+mod limits;
 mod material;
 mod mesh;
 mod meshopt;
@@ -21,53 +22,66 @@ mod repair;
 mod tangents;
 mod weld;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::files::{self as disk, MOST_DATA, MOST_TEXT};
 
 pub use document::DEFAULT_IPD_M;
 pub use extensions::{ExtensionUse, Treatment};
 pub use files::Files;
 
 use super::builtin;
-use super::error::SceneError;
+use super::error::{Reason, SceneError};
 use super::manifest::{Geometry, Manifest};
 use super::{Scene, environment};
-use files::Reader;
+use budget::MOST_BYTES;
+use files::{Reader, Refused};
+
+/// How a scene is loaded.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Loading {
+    /// Instead of what a built-in's manifest says (0.01–4); other geometry ignores it.
+    pub detail: Option<f64>,
+    /// What a glTF and its side-car name may lie outside the glTF's folder.
+    pub allow_outside: bool,
+}
 
 /// Loads a scene: a built-in name, a manifest (`.json`), or a `.gltf`/`.glb`.
 ///
 /// A glTF with a side-car `NAME.cyclopean.json` beside it is loaded through that manifest; one without gets the
-/// default sky and, when it brings no camera, a view that frames where its detail is.
+/// default sky and, when it brings no camera, a view that frames where its detail is. What a glTF names is read from
+/// its own folder alone; a manifest that the caller names may itself name files anywhere.
 ///
 /// # Errors
 /// [`SceneError`] that names the file and the place in it: an unknown name, a missing or broken file, a required
 /// extension that is not supported, an accessor out of range, a position that is not finite, …
 pub fn load(source: &str) -> Result<Scene, SceneError> {
-    load_with_detail(source, None)
+    load_with(source, Loading::default())
 }
 
-/// As [`load`], with a built-in's `detail` (0.01–4) replaced; other geometry ignores it.
+/// [`load`] as `loading` says.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_with_detail(source: &str, detail: Option<f64>) -> Result<Scene, SceneError> {
+pub fn load_with(source: &str, loading: Loading) -> Result<Scene, SceneError> {
     if let Some(manifest) = builtin::manifest(source) {
-        return from_manifest(source, manifest.as_bytes(), Path::new(""), None, detail);
+        return from_manifest(source, manifest.as_bytes(), Path::new(""), None, loading);
     }
     let path = Path::new(source);
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match extension.as_str() {
         "json" => {
-            let bytes = read(path)?;
-            from_manifest(source, &bytes, folder(path), None, detail)
+            let bytes = read(path, MOST_TEXT)?;
+            from_manifest(source, &bytes, folder(path), None, loading)
         }
         "gltf" | "glb" => {
             let sidecar = path.with_extension("cyclopean.json");
             if sidecar.is_file() {
-                let bytes = read(&sidecar)?;
-                return from_manifest(&sidecar.display().to_string(), &bytes, folder(path), Some(path), detail);
+                let bytes = read(&sidecar, MOST_TEXT)?;
+                return from_manifest(&sidecar.display().to_string(), &bytes, folder(path), Some(path), loading);
             }
-            let bytes = read(path)?;
-            let mut reader = Reader::new(Files::Folder(folder(path).to_owned()));
+            let bytes = read(path, MOST_BYTES)?;
+            let mut reader = reader_of(folder(path), loading);
             let document = document::read(source, &bytes, &mut reader)?;
             let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
             assemble::bare(name, document, reader)
@@ -91,28 +105,29 @@ fn from_manifest(
     bytes: &[u8],
     folder: &Path,
     sidecar_of: Option<&Path>,
-    detail: Option<f64>,
+    loading: Loading,
 ) -> Result<Scene, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let manifest: Manifest =
         serde_json::from_slice(bytes).map_err(|error| invalid(format!("not a manifest: {error}")))?;
+    limits::manifest(&manifest).map_err(invalid)?;
     let (mut reader, mut document);
     match (&manifest.geometry, sidecar_of) {
         (_, Some(path)) => {
-            let gltf = read(path)?;
-            reader = Reader::new(Files::Folder(folder.to_owned()));
+            let gltf = read(path, MOST_BYTES)?;
+            reader = reader_of(folder, loading);
             assemble::hash_manifest(&mut reader, &manifest);
             document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
         }
         (Some(Geometry::File(name)), None) => {
             let path = folder.join(name);
-            let gltf = read(&path)?;
-            reader = Reader::new(Files::Folder(self::folder(&path).to_owned()));
+            let gltf = read(&path, MOST_BYTES)?;
+            reader = reader_of(self::folder(&path), loading);
             assemble::hash_manifest(&mut reader, &manifest);
             document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
         }
         (Some(Geometry::Builtin { name, detail: given }), None) => {
-            let detail = detail.unwrap_or(*given);
+            let detail = loading.detail.unwrap_or(*given);
             let made = builtin::generate(name, detail).map_err(invalid)?;
             let gltf = made.gltf;
             reader = Reader::new(Files::Memory(made.files));
@@ -123,7 +138,12 @@ fn from_manifest(
     }
     let map = match &manifest.environment {
         Some(super::manifest::EnvironmentSpec::Map(map)) => {
-            let bytes = read(&folder.join(&map.file))?;
+            // A side-car comes with its glTF, unnamed, and so follows its rule.
+            let path = match sidecar_of {
+                Some(_) if !loading.allow_outside => beside(folder, &map.file).map_err(invalid)?,
+                _ => folder.join(&map.file),
+            };
+            let bytes = read(&path, MOST_DATA)?;
             reader.hash(&bytes);
             let decoded = environment::file::decode(&bytes);
             Some(decoded.map_err(|reason| invalid(format!("environment `{}`: {reason}", map.file)))?)
@@ -135,8 +155,20 @@ fn from_manifest(
     assemble::with_manifest(&manifest, (document, lights), map, reader).map_err(invalid)
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, SceneError> {
-    std::fs::read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })
+fn reader_of(folder: &Path, loading: Loading) -> Reader {
+    Reader::new(Files::Folder { folder: folder.to_owned(), allow_outside: loading.allow_outside })
+}
+
+/// The file that a side-car names for its environment.
+fn beside(folder: &Path, name: &str) -> Result<PathBuf, Reason> {
+    files::inside(folder, name).map_err(|refused| match refused {
+        Refused::Outside(why) => files::outside(&format!("environment `{name}`"), why),
+        Refused::Io(error) => format!("cannot read {}: {error}", folder.join(name).display()),
+    })
+}
+
+fn read(path: &Path, most: u64) -> Result<Vec<u8>, SceneError> {
+    disk::read(path, most).map_err(|source| SceneError::Read { path: path.to_owned(), source })
 }
 
 fn folder(path: &Path) -> &Path {

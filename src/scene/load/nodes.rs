@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
+use super::limits::MOST_DEPTH;
 use crate::scene::error::Reason;
 
 /// Hides a node with all below it.
@@ -15,8 +16,8 @@ pub struct Placed {
     /// Index in the document.
     pub node: usize,
     pub world_from_node: DAffine3,
-    /// Names from the root down to this node itself; motion finds its nodes here.
-    pub path: Vec<String>,
+    /// The place of its parent among the placed nodes, which comes before its own; none for a root.
+    pub parent: Option<usize>,
     /// Neither it nor a node above it is hidden.
     pub visible: bool,
 }
@@ -29,25 +30,28 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
         None => parentless(root),
     };
     let mut seen = vec![false; root.nodes.len()];
-    let mut out = Vec::new();
-    let mut stack: Vec<(usize, DAffine3, Vec<String>, bool)> =
-        tops.into_iter().rev().map(|node| (node, DAffine3::IDENTITY, Vec::new(), true)).collect();
-    while let Some((index, world_from_parent, mut path, parent_visible)) = stack.pop() {
+    let mut out: Vec<Placed> = Vec::new();
+    // A node, its parent's place in `out`, and how many nodes are above it.
+    let mut stack: Vec<(usize, Option<usize>, usize)> = tops.into_iter().rev().map(|node| (node, None, 0)).collect();
+    while let Some((index, parent, above)) = stack.pop() {
         let node = root.nodes.get(index).ok_or_else(|| format!("nodes[{index}] does not exist"))?;
         if std::mem::replace(&mut seen[index], true) {
             return Err(format!("{} is reached twice: a cycle or two parents", label(node, index)));
         }
+        if above >= MOST_DEPTH {
+            let label = label(node, index);
+            return Err(format!("{label} has {above} nodes above it; a tree of at most {MOST_DEPTH} levels is read"));
+        }
+        let (world_from_parent, parent_visible) =
+            parent.map_or((DAffine3::IDENTITY, true), |p| (out[p].world_from_node, out[p].visible));
         let world_from_node = world_from_parent * local(node);
         if !world_from_node.is_finite() {
             return Err(format!("{}: its transform is not finite", label(node, index)));
         }
         let visible = node.extensions.as_ref().and_then(|e| e.others.get(VISIBILITY)?.get("visible")?.as_bool());
         let visible = parent_visible && visible.unwrap_or(true);
-        path.push(node.name.clone().unwrap_or_default());
-        for child in node.children.iter().flatten().rev() {
-            stack.push((child.value(), world_from_node, path.clone(), visible));
-        }
-        out.push(Placed { node: index, world_from_node, path, visible });
+        stack.extend(node.children.iter().flatten().rev().map(|child| (child.value(), Some(out.len()), above + 1)));
+        out.push(Placed { node: index, world_from_node, parent, visible });
     }
     Ok(out)
 }

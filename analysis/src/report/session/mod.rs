@@ -9,7 +9,7 @@ use std::fmt::Write;
 use serde_json::json;
 
 use super::html::{base64, facts_table, head};
-use super::svg::escape;
+use crate::escape::html as escape;
 use crate::journal::Kind;
 
 pub use told::{Lane, Mark, Span, Told};

@@ -40,7 +40,7 @@ pub fn is_fallback(buffer: &buffer::Buffer) -> bool {
 }
 
 /// Decodes every compressed view into a buffer of its own and points the view at it.
-pub fn unpack(root: &mut Root, buffers: &mut Vec<Vec<u8>>, budget: &mut Budget) -> Result<(), Reason> {
+pub fn unpack(root: &mut Root, buffers: &mut Vec<Vec<u8>>, budget: &Budget) -> Result<(), Reason> {
     for view in 0..root.buffer_views.len() {
         let others = root.buffer_views[view].extensions.as_ref().map(|e| &e.others);
         let Some((name, value)) = others.and_then(|o| NAMES.iter().find_map(|name| Some((*name, o.get(*name)?))))
@@ -66,7 +66,7 @@ pub fn unpack(root: &mut Root, buffers: &mut Vec<Vec<u8>>, budget: &mut Budget) 
     Ok(())
 }
 
-fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &mut Budget) -> Result<Vec<u8>, Reason> {
+fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &Budget) -> Result<Vec<u8>, Reason> {
     let buffer = buffers.get(packed.buffer).ok_or_else(|| format!("buffers[{}] does not exist", packed.buffer))?;
     let end = packed.byte_offset.checked_add(packed.byte_length);
     let range = end.and_then(|end| Some(usize::try_from(packed.byte_offset).ok()?..usize::try_from(end).ok()?));

@@ -42,7 +42,7 @@ fn unpack(stream: &Stream, source: Vec<u8>, count: usize) -> Result<Vec<u8>, Str
         mode: stream.mode.clone(),
         filter: Some(stream.filter.clone()),
     };
-    decode(&packed, &[source], &mut Budget::default())
+    decode(&packed, &[source], &Budget::default())
 }
 
 #[test]

@@ -1,0 +1,17 @@
+//! The option of every command that loads scenes of other people.
+
+use crate::scene::Loading;
+
+/// Where a scene's files may lie.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct Outside {
+    /// Let a glTF file (and the side-car beside it) read files outside its folder: by `..` or through a symbolic link.
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+impl Outside {
+    pub fn loading(self) -> Loading {
+        Loading { allow_outside: self.allow_outside, ..Loading::default() }
+    }
+}
