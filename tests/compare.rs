@@ -3,6 +3,7 @@
 mod program;
 
 use std::path::Path;
+#[cfg(feature = "gpu")]
 use std::process::Output;
 
 use cyclopean::picture::{Part, StereoPicture, write_exr};

@@ -37,7 +37,9 @@ fn whole_catalogue() -> Catalogue {
         "stereo-no-fade",
         "stereo-no-reprojection",
     ];
-    Catalogue::of(&["pica", "room", "wine", "pink", "temple"], &methods).with_ao(&["mono", "variant2"])
+    Catalogue::of(&["pica", "room", "wine", "pink", "temple"], &methods)
+        .with_ao(&["mono", "variant2"])
+        .with_paths(&["still", "sway", "cut"])
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::WrongUsage;
 use super::study::find_study;
 use crate::console::{self, Console};
+use crate::scene::head_path::GENERIC;
 use crate::study::prepare::{self, Found, Shard};
 #[cfg(not(feature = "gpu"))]
 use crate::study::stimulus::Catalogue;
@@ -27,6 +28,17 @@ pub struct Args {
     #[arg(long)]
     dry_run: bool,
 }
+
+/// The paths of the head that every scene has.
+pub(super) const PATHS: [&str; GENERIC.len()] = {
+    let mut names = [""; GENERIC.len()];
+    let mut at = 0;
+    while at < GENERIC.len() {
+        names[at] = GENERIC[at].0;
+        at += 1;
+    }
+    names
+};
 
 /// Scenes and methods of this build.
 #[cfg(feature = "gpu")]
@@ -82,7 +94,10 @@ const AO: [&str; 5] = ["mono", "fsa", "variant1", "variant2", "ray-traced"];
 /// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.
 #[cfg(not(feature = "gpu"))]
 pub fn catalogue() -> Catalogue {
-    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS).with_percentage(&WITH_PERCENTAGE).with_ao(&AO)
+    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS)
+        .with_percentage(&WITH_PERCENTAGE)
+        .with_ao(&AO)
+        .with_paths(&PATHS)
 }
 
 /// The renderer of this build.

@@ -56,6 +56,7 @@ pub fn catalogue() -> Catalogue {
         scenes: scenes.collect(),
         methods: owned(Method::names()),
         with_percentage: owned(Method::names_with_percentage()),
+        paths: owned(super::prepare::PATHS.to_vec()),
         ao: owned(Ao::ALL.into_iter().filter(|ao| *ao != Ao::None).map(Ao::name).collect()),
     }
 }

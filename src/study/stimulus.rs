@@ -163,6 +163,8 @@ pub struct Catalogue {
     pub with_percentage: Vec<String>,
     /// Methods of ambient occlusion.
     pub ao: Vec<String>,
+    /// Paths of the head that every scene has.
+    pub paths: Vec<String>,
 }
 
 /// A scene and its views; no views: only the default one can be asked for.
@@ -170,16 +172,8 @@ pub struct Catalogue {
 pub struct CatalogueScene {
     pub name: String,
     pub views: Vec<String>,
-    /// Paths of its own, beside those that every scene has.
+    /// Paths of its own, beside [`Catalogue::paths`].
     pub paths: Vec<String>,
-}
-
-impl CatalogueScene {
-    /// Every path that its stimuli can follow.
-    pub fn all_paths(&self) -> Vec<&str> {
-        let every = crate::scene::head_path::GENERIC.iter().map(|(name, _)| *name);
-        self.paths.iter().map(String::as_str).chain(every).collect()
-    }
 }
 
 impl Catalogue {
@@ -199,6 +193,16 @@ impl Catalogue {
     /// The same, with these methods of ambient occlusion.
     pub fn with_ao(self, methods: &[&str]) -> Catalogue {
         Catalogue { ao: methods.iter().map(|m| (*m).to_owned()).collect(), ..self }
+    }
+
+    /// The same, with these paths of the head in every scene.
+    pub fn with_paths(self, paths: &[&str]) -> Catalogue {
+        Catalogue { paths: paths.iter().map(|p| (*p).to_owned()).collect(), ..self }
+    }
+
+    /// Every path that a scene's stimuli can follow.
+    pub fn paths_of<'a>(&'a self, scene: &'a CatalogueScene) -> Vec<&'a str> {
+        scene.paths.iter().chain(&self.paths).map(String::as_str).collect()
     }
 
     /// Whether this build renders a method of this name, `@samples` and a percentage from 0 to 100 included.

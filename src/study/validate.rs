@@ -393,7 +393,7 @@ pub fn resolve(definition: &Definition, catalogue: &Catalogue) -> Vec<Problem> {
                         if scene.views.is_empty() { "its default only".to_owned() } else { scene.views.join(", ") };
                     add(at("view", view), format!("scene `{}` has no view `{view}`; available: {views}", scene.name));
                 }
-                let paths = scene.all_paths();
+                let paths = catalogue.paths_of(scene);
                 if let Some(path) = spec.path.as_ref().filter(|p| !paths.contains(&p.as_str())) {
                     let paths = paths.join(", ");
                     add(at("path", path), format!("scene `{}` has no path `{path}`; available: {paths}", scene.name));

@@ -1,22 +1,44 @@
 //! How much a scene may take: a few bytes can claim gigabytes, many views the same bytes, many meshes the same view.
 
 use std::cell::Cell;
+use std::path::Path;
 use std::rc::Rc;
+
+use cyclopean_analysis::files;
 
 use crate::scene::error::Reason;
 
-/// More than any scene that the renderer can show: files read, what is unpacked of them, meshes, textures.
-pub const MOST_BYTES: u64 = 4 << 30;
+/// Where the system does not say how much memory there is.
+const MEMORY_BYTES: u64 = 16 << 30;
+/// A machine that has less shows no scene of a study.
+const LEAST_BYTES: u64 = 1 << 30;
+
+/// What a scene may take in all, files read, what is unpacked of them, meshes and textures: half of the memory that this
+/// program may use. So every scene is read that the machine can hold, and no file takes it all.
+pub fn most_bytes() -> u64 {
+    let read = |path: &str| files::read_text(Path::new(path), 1 << 16).unwrap_or_default();
+    let machine = number(&read("/proc/meminfo"), "MemTotal:").map(|kib| kib << 10);
+    let allowed = number(&read("/proc/self/limits"), "Max address space");
+    let memory = machine.unwrap_or(MEMORY_BYTES).min(allowed.unwrap_or(u64::MAX));
+    (memory / 2).max(LEAST_BYTES)
+}
+
+/// The number after a name that begins a line; none: there is no such line, or no number.
+fn number(text: &str, name: &str) -> Option<u64> {
+    text.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next()?.parse().ok())
+}
 
 /// What is left of the bytes that one scene may take. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Budget {
+    of: u64,
     left: Rc<Cell<u64>>,
 }
 
 impl Default for Budget {
     fn default() -> Budget {
-        Budget { left: Rc::new(Cell::new(MOST_BYTES)) }
+        let of = most_bytes();
+        Budget { of, left: Rc::new(Cell::new(of)) }
     }
 }
 
@@ -24,8 +46,10 @@ impl Budget {
     /// Asks before `bytes` are allocated.
     pub fn take(&self, bytes: u64) -> Result<(), Reason> {
         let left = self.left.get().checked_sub(bytes);
-        let left =
-            left.ok_or_else(|| format!("the scene takes more than {} GiB, which is not read", MOST_BYTES >> 30))?;
+        let of = self.of as f64 / f64::from(1 << 30);
+        let left = left.ok_or_else(|| {
+            format!("the scene takes more than {of:.1} GiB, half of the memory that this program may use")
+        })?;
         self.left.set(left);
         Ok(())
     }
@@ -33,5 +57,29 @@ impl Budget {
     /// What is left, in bytes.
     pub fn left(&self) -> u64 {
         self.left.get()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_system_says_is_read() {
+        let said =
+            "MemTotal:       16316412 kB\nMemFree: 1 kB\nMax address space         6442450944   unlimited  bytes\n";
+        assert_eq!(number(said, "MemTotal:"), Some(16_316_412));
+        assert_eq!(number(said, "Max address space"), Some(6_442_450_944));
+        assert_eq!(number("Max address space  unlimited  unlimited  bytes", "Max address space"), None);
+        assert!(most_bytes() >= LEAST_BYTES);
+    }
+
+    #[test]
+    fn clones_share_what_is_left() {
+        let budget = Budget::default();
+        let other = budget.clone();
+        other.take(1000).unwrap();
+        assert_eq!(budget.left(), most_bytes() - 1000);
+        assert!(budget.take(u64::MAX).unwrap_err().to_string().contains("half of the memory"));
     }
 }

@@ -34,7 +34,7 @@ use super::builtin;
 use super::error::{Reason, SceneError};
 use super::manifest::{Geometry, Manifest};
 use super::{Scene, environment};
-use budget::MOST_BYTES;
+use budget::most_bytes;
 use files::{Reader, Refused};
 
 /// How a scene is loaded.
@@ -80,7 +80,7 @@ pub fn load_with(source: &str, loading: Loading) -> Result<Scene, SceneError> {
                 let bytes = read(&sidecar, MOST_TEXT)?;
                 return from_manifest(&sidecar.display().to_string(), &bytes, folder(path), Some(path), loading);
             }
-            let bytes = read(path, MOST_BYTES)?;
+            let bytes = read(path, most_bytes())?;
             let mut reader = reader_of(folder(path), loading);
             let document = document::read(source, &bytes, &mut reader)?;
             let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -114,14 +114,14 @@ fn from_manifest(
     let (mut reader, mut document);
     match (&manifest.geometry, sidecar_of) {
         (_, Some(path)) => {
-            let gltf = read(path, MOST_BYTES)?;
+            let gltf = read(path, most_bytes())?;
             reader = reader_of(folder, loading);
             assemble::hash_manifest(&mut reader, &manifest);
             document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
         }
         (Some(Geometry::File(name)), None) => {
             let path = folder.join(name);
-            let gltf = read(&path, MOST_BYTES)?;
+            let gltf = read(&path, most_bytes())?;
             reader = reader_of(self::folder(&path), loading);
             assemble::hash_manifest(&mut reader, &manifest);
             document = document::read(&path.display().to_string(), &gltf, &mut reader)?;
