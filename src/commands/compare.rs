@@ -17,7 +17,7 @@ use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal};
+use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal, Trace};
 #[cfg(feature = "gpu")]
 use crate::scene::{Fallback, Scene, View};
 
@@ -90,6 +90,9 @@ struct SceneArgs {
     /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
+    /// How rays through the scene's geometry find what they hit, those of the reference included.
+    #[arg(long, value_enum, default_value_t = Trace::Auto)]
+    trace: Trace,
     /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     antialias: u32,
@@ -196,6 +199,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         temporal: of.temporal,
         shadows: !of.no_shadows,
         shading_reuse: of.shading_reuse,
+        trace: of.trace,
         antialias: of.antialias,
         indirect: of.indirect,
         ..device::settings(size, 0)

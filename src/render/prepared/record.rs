@@ -96,6 +96,21 @@ impl Prepared {
             if let Some(reproject) = &passes.reproject {
                 reproject.record(&mut frame, resources, fallback, context, (targets, self.history.as_ref()))?;
             }
+            if let (Some(pass), Some(world), Some(out)) = (&passes.cpu_path_trace, &self.world, &targets.path_traced) {
+                times.extend(frame.finish()?);
+                let mut paths = pass.begin(world, context, (list, &targets.gbuffer))?;
+                let (mut first, mut count) = (0, 1);
+                while first < samples {
+                    count = count.min(samples - first);
+                    let start = Instant::now();
+                    paths.add(count, &mut counts);
+                    first += count;
+                    progress(first, samples)?;
+                    count = next_count(count, start.elapsed().as_secs_f64());
+                }
+                times.push(paths.finish(out, &mut counts)?);
+                frame = self.next_submission(&mut counts)?;
+            }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
                 // So that a submission's counts stay within 32 bits.
