@@ -299,6 +299,7 @@ mod scenes {
             (vec!["compare", "room", "--spp", "0"], "1..=65536"),
             (vec!["compare", "room", "--edge-fade", "0.7"], "outside 0 to 0.5"),
             (vec!["compare", "room", "--exposure", "2"], "a scene says its own"),
+            (vec!["compare", "room", "--until", "0.01"], "no percentage above 0"),
         ] {
             let done = cyclopean(folder.path(), &arguments);
             assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", stderr(&done));

@@ -8,9 +8,7 @@ use std::sync::Arc;
 use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
-use cyclopean::scene::{
-    Alpha, Instance, Light, Material, Primitive, Scene, StereoCamera, Texture, TextureRef, Wrap,
-};
+use cyclopean::scene::{Alpha, Instance, Light, Material, Primitive, Scene, StereoCamera, Texture, TextureRef, Wrap};
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub use cyclopean::stress::shapes::{
     constant_environment, glowing, look, material, place, plane, primitive, scene, settings, sphere, upright,

@@ -29,7 +29,11 @@ pub struct Light {
 pub enum Kind {
     /// The light travels along it.
     Directional(Vec3A),
-    At { position: Vec3A, range: f32, cone: Option<Cone> },
+    At {
+        position: Vec3A,
+        range: f32,
+        cone: Option<Cone>,
+    },
 }
 
 pub struct Cone {

@@ -20,7 +20,8 @@ mod texture;
 mod tree;
 mod world;
 
-pub(super) use pass::CpuPathTrace;
+pub(super) use pass::{CpuPathTrace, Paths};
+pub use path_trace::{KeptPixel, Sums};
 pub(super) use world::{Content, World};
 
 use super::method::{Answer, Method};

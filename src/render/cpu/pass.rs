@@ -11,9 +11,10 @@ use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use super::super::baked::Gathered;
 use super::super::context::{Context, read_buffer, read_image};
 use super::super::needs::Needs;
+use super::super::prepared::relative_error;
 use super::super::shared::Counts;
 use super::super::targets::{GBuffer, PathTraced, RayList};
-use super::path_trace::{Inputs, Pixel, Tally, add_samples};
+use super::path_trace::{Inputs, KeptPixel, Pixel, Sums, Tally, add_samples};
 use super::shade::BrdfTable;
 use super::world::World;
 
@@ -48,7 +49,8 @@ impl CpuPathTrace {
         Ok(CpuPathTrace { gpu: Rc::clone(gpu), table, shadows: needs.shadows, indirect: needs.indirect })
     }
 
-    /// Reads back what the device has drawn and listed; it has been waited for.
+    /// Reads back what the device has drawn and listed; it has been waited for. Goes on from `kept`, if those are the sums
+    /// of the same pixels.
     ///
     /// # Errors
     /// What the device said.
@@ -57,12 +59,13 @@ impl CpuPathTrace {
         world: &'a World,
         context: &'a Context,
         (list, gbuffer): (&RayList, &GBuffer),
+        kept: Option<&Sums>,
     ) -> Result<Paths<'a>, GpuError> {
         let started = Instant::now();
-        let [_, _, _, count]: [u32; 4] =
-            bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &list.arguments)?[..16]);
+        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &list.arguments)?[..16]);
         let listed = read_buffer(&self.gpu, &list.rays)?;
-        let mut listed: Vec<u32> = listed.chunks_exact(4).take(count as usize).map(bytemuck::pod_read_unaligned).collect();
+        let mut listed: Vec<u32> =
+            listed.chunks_exact(4).take(count as usize).map(bytemuck::pod_read_unaligned).collect();
         // Row by row, whatever the order in which the device's threads wrote: neighbours meet the same geometry.
         listed.sort_unstable();
         let depth = read_image(&self.gpu, &gbuffer.depth)?;
@@ -73,9 +76,15 @@ impl CpuPathTrace {
             let depth = bytemuck::pod_read_unaligned(&depth[4 * i..4 * i + 4]);
             Pixel::new(packed, depth, bytemuck::pod_read_unaligned(&surface[16 * i..16 * i + 16]))
         });
-        let pixels = pixels.collect();
+        let mut pixels: Vec<Pixel> = pixels.collect();
+        let mut samples = 0;
+        let same = |kept: &&Sums| kept.pixels.iter().map(KeptPixel::packed).eq(pixels.iter().map(Pixel::packed));
+        if let Some(kept) = kept.filter(same) {
+            pixels.iter_mut().zip(&kept.pixels).for_each(|(pixel, kept)| pixel.take_up(kept));
+            samples = kept.samples;
+        }
         let gathered = self.indirect.then(|| context.baked.gathered());
-        Ok(Paths { pass: self, world, context, gathered, pixels, samples: 0, tally: Tally::default(), started })
+        Ok(Paths { pass: self, world, context, gathered, pixels, samples, tally: Tally::default(), started })
     }
 }
 
@@ -94,6 +103,21 @@ impl Paths<'_> {
         tally.count(counts);
         self.tally.add(&tally);
         self.samples += count;
+    }
+
+    /// So far, of each pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    pub fn sums(&self) -> Sums {
+        Sums { samples: self.samples, pixels: self.pixels.iter().map(Pixel::keep).collect() }
+    }
+
+    /// See [`relative_error`].
+    pub fn relative_error(&self) -> f64 {
+        let results = || self.pixels.iter().map(|p| p.result(self.samples));
+        relative_error(|| results().map(|(mean, error)| (mean.truncate(), error.into())))
     }
 
     /// Writes mean and standard error into the pass' images, and says how long it all took.

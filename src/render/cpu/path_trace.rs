@@ -4,6 +4,7 @@
 use std::sync::Mutex;
 use std::thread;
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Mat3A, Vec3A, Vec4};
 
 use super::super::baked::Gathered;
@@ -41,6 +42,26 @@ pub struct Pixel {
     squares: Vec3A,
     /// Σ w/distance and Σ w, w the luminance of a sample's weight.
     nearness: [f32; 2],
+}
+
+/// A pixel's sums as they are kept between runs.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct KeptPixel {
+    /// As in [`Pixel`].
+    packed: u32,
+    sum: [f32; 3],
+    compensation: [f32; 3],
+    squares: [f32; 3],
+    nearness: [f32; 2],
+}
+
+/// The sums of a view's listed pixels, from which more samples can be added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// Of each pixel.
+    pub samples: u32,
+    pub pixels: Vec<KeptPixel>,
 }
 
 /// What the paths came to.
@@ -120,6 +141,24 @@ impl Pixel {
         self.packed
     }
 
+    pub fn keep(&self) -> KeptPixel {
+        KeptPixel {
+            packed: self.packed,
+            sum: self.sum.to_array(),
+            compensation: self.compensation.to_array(),
+            squares: self.squares.to_array(),
+            nearness: self.nearness,
+        }
+    }
+
+    /// Goes on from the sums of the same pixel.
+    pub fn take_up(&mut self, kept: &KeptPixel) {
+        self.sum = Vec3A::from(kept.sum);
+        self.compensation = Vec3A::from(kept.compensation);
+        self.squares = Vec3A::from(kept.squares);
+        self.nearness = kept.nearness;
+    }
+
     /// What the pass leaves of n samples: the mean reflection with 1 / how far away the pixel reflects (1/m; 0 the sky, −1
     /// unknown), and its standard error.
     pub fn result(&self, n: u32) -> (Vec4, Vec3A) {
@@ -130,6 +169,12 @@ impl Pixel {
         let nearness = if weight > 0.0 { near / weight } else { -1.0 };
         let error = variance / n;
         (mean.extend(nearness), Vec3A::new(error.x.sqrt(), error.y.sqrt(), error.z.sqrt()))
+    }
+}
+
+impl KeptPixel {
+    pub fn packed(&self) -> u32 {
+        self.packed
     }
 }
 

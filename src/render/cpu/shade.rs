@@ -83,9 +83,8 @@ impl Shading<'_> {
                 continue;
             }
             if inputs.shadows && light.casts_shadow {
-                arrives *= self.light_share(light, position, s.face_normal, || {
-                    on_disc(draws.lights[i].sample(draws.index))
-                });
+                arrives *=
+                    self.light_share(light, position, s.face_normal, || on_disc(draws.lights[i].sample(draws.index)));
             }
             sum += arrives;
         }

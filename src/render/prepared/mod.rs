@@ -5,8 +5,9 @@
 
 mod read;
 mod record;
+mod until;
 
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,7 +24,7 @@ use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::Context;
-use super::cpu::{CpuPathTrace, World};
+use super::cpu::{CpuPathTrace, Sums, World};
 use super::depth_pyramid::DepthPyramidPass;
 use super::fine::Fine;
 use super::framing::Framing;
@@ -48,6 +49,8 @@ use super::targets::Targets;
 use super::trace::TracePass;
 use super::trace_geometry::TraceGeometryPass;
 use super::upload::{EnvironmentMaps, SceneResources};
+
+pub(super) use until::relative_error;
 
 /// The passes of a frame, made for its needs.
 struct Passes {
@@ -157,6 +160,20 @@ pub struct Prepared {
     passes: Passes,
     /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
     lit: Cell<bool>,
+    /// When the reference's paths are enough before all are traced.
+    until: Option<f64>,
+    paths: RefCell<PathsSoFar>,
+}
+
+/// The reference's paths from frame to frame, where somebody asked to keep them.
+#[derive(Default)]
+struct PathsSoFar {
+    kept: bool,
+    sums: Option<Sums>,
+    /// Samples, and the relative error that they were found to have.
+    checks: Vec<(u32, f64)>,
+    /// Of the last frame.
+    samples: u32,
 }
 
 /// What is known of a frame besides its images.
@@ -220,6 +237,8 @@ impl Prepared {
             fine,
             passes,
             lit: Cell::new(false),
+            until: None,
+            paths: RefCell::default(),
         })
     }
 
