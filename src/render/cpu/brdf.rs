@@ -9,6 +9,7 @@ use super::math::{Basis, normalize_or, reflect, square};
 use super::surface::Surface;
 
 /// D = α²/(π((n·h)²α² + |n×h|²)²).
+#[inline]
 fn ggx_distribution(n: Vec3A, h: Vec3A, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
     let c = n.cross(h);
@@ -17,6 +18,7 @@ fn ggx_distribution(n: Vec3A, h: Vec3A, alpha: f32) -> f32 {
 }
 
 /// G₂/(4 (n·v)(n·l)).
+#[inline]
 fn smith_visibility(nv: f32, nl: f32, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
     let v = nl * (nv * nv * (1.0 - a2) + a2).sqrt();
@@ -24,6 +26,7 @@ fn smith_visibility(nv: f32, nl: f32, alpha: f32) -> f32 {
     0.5 / (v + l).max(1e-12)
 }
 
+#[inline]
 pub fn schlick(f0: Vec3A, vh: f32) -> Vec3A {
     let m = (1.0 - vh).clamp(0.0, 1.0);
     let m2 = m * m;
@@ -31,6 +34,7 @@ pub fn schlick(f0: Vec3A, vh: f32) -> Vec3A {
 }
 
 /// f·cos θ_l with Fresnel; zero below the horizon.
+#[inline]
 pub fn ggx_times_cosine(n: Vec3A, v: Vec3A, l: Vec3A, alpha: f32, f0: Vec3A) -> Vec3A {
     let (nv, nl) = (n.dot(v), n.dot(l));
     if nl <= 0.0 || nv <= 0.0 {
@@ -131,6 +135,7 @@ impl Lobe {
     }
 
     /// Over solid angle: D/(2(k·i_z + t)).
+    #[inline]
     fn density(&self, o: Vec3A) -> f32 {
         let m = normalize_or(self.i + o, Vec3A::Z);
         ggx_distribution(Vec3A::Z, m, self.alpha) / self.scale

@@ -9,6 +9,7 @@ use half::f16;
 use crate::scene::{self, Equirect};
 
 /// The middle column looks down −Z, the top row up.
+#[inline]
 fn equirect_uv(d: Vec3A) -> Vec2 {
     Vec2::new(d.x.atan2(-d.z) / (2.0 * PI) + 0.5, d.y.clamp(-1.0, 1.0).acos() / PI)
 }
@@ -37,6 +38,7 @@ impl Map {
 }
 
 /// Of texels whose centres lie half a texel from the borders.
+#[inline]
 pub fn bilinear(uv: Vec2, [width, height]: [i32; 2], texel: impl Fn(i32, i32) -> Vec3A) -> Vec3A {
     let p = uv * Vec2::new(width as f32, height as f32) - 0.5;
     let base = p.floor();

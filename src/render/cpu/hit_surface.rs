@@ -17,6 +17,7 @@ struct Corners {
 }
 
 impl Corners {
+    #[inline]
     fn blend<T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(&self, of: impl Fn(usize) -> T) -> T {
         let ([a, b, c], [u, v, w]) = (self.vertices, self.weights);
         of(a) * u + of(b) * v + of(c) * w
@@ -24,12 +25,14 @@ impl Corners {
 }
 
 impl World {
+    #[inline]
     fn triangle(&self, triangle: u32) -> (&TriangleData, &Instance, &Material) {
         let t = &self.triangles[triangle as usize];
         let instance = &self.instances[t.instance as usize];
         (t, instance, &self.content.materials[instance.material as usize])
     }
 
+    #[inline]
     fn corners(&self, t: &TriangleData, instance: &Instance, uv: Vec2) -> Corners {
         let uv = if t.first_index & EXCHANGED != 0 { Vec2::new(uv.y, uv.x) } else { uv };
         let first = (t.first_index & !EXCHANGED) as usize;
@@ -37,6 +40,7 @@ impl World {
         Corners { vertices: [at(0), at(1), at(2)], weights: [1.0 - uv.x - uv.y, uv.x, uv.y] }
     }
 
+    #[inline]
     fn uv(&self, k: &Corners) -> Vec4 {
         k.blend(|i| {
             let v = &self.content.vertices[i];
@@ -44,6 +48,7 @@ impl World {
         })
     }
 
+    #[inline]
     fn color(&self, k: &Corners) -> Vec4 {
         k.blend(|i| Vec4::from(unpack_unorm(self.content.vertices[i].color)))
     }
@@ -135,6 +140,7 @@ impl World {
 }
 
 /// Keeps a normal on the viewer's side: a normal map may turn it away, and reflection is undefined there.
+#[inline]
 fn bend(n: Vec3A, v: Vec3A) -> Vec3A {
     const LEAST: f32 = 0.01;
     let d = n.dot(v);

@@ -58,6 +58,7 @@ impl Light {
     }
 
     /// Irradiance on a surface facing the light, and the direction towards it.
+    #[inline]
     fn incident(&self, position: Vec3A) -> (Vec3A, Vec3A) {
         match &self.kind {
             Kind::Directional(direction) => (self.color.min(MOST_IRRADIANCE), -*direction),
@@ -78,6 +79,7 @@ impl Light {
     }
 
     /// What it adds where nothing is in its way.
+    #[inline]
     pub fn on(&self, s: &Surface, position: Vec3A, v: Vec3A) -> Vec3A {
         let (e, l) = self.incident(position);
         let nl = s.normal.dot(l);

@@ -4,6 +4,7 @@
 /// The point of light i on its disc is drawn for the purpose `DRAW_LIGHT` + i.
 pub const DRAW_LIGHT: u32 = 16;
 
+#[inline]
 fn mix_bits(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
@@ -12,11 +13,13 @@ fn mix_bits(mut x: u32) -> u32 {
     x ^ x >> 16
 }
 
+#[inline]
 pub fn combine(seed: u32, x: u32) -> u32 {
     mix_bits(seed.wrapping_mul(0x9e37_79b9).wrapping_add(x).wrapping_add(0x85eb_ca6b))
 }
 
 /// An Owen scramble of bit-reversed x.
+#[inline]
 fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -55,6 +58,7 @@ const fn sobol_second(mut index: u32) -> u32 {
 }
 
 /// 24 bits: the largest value is below 1.
+#[inline]
 fn unit_float(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }
@@ -80,6 +84,7 @@ impl Sequence {
     }
 
     /// Two numbers in [0, 1).
+    #[inline]
     pub fn sample(&self, index: u32) -> [f32; 2] {
         let shuffled = laine_karras(index.reverse_bits(), self.order).reverse_bits();
         let [a, b, c, d] = shuffled.to_le_bytes().map(usize::from);

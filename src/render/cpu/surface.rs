@@ -35,6 +35,7 @@ impl Surface {
     }
 
     /// `unpack_surface(pack_surface(…))`: as screen space sees it.
+    #[inline]
     pub fn through_gbuffer(self) -> Surface {
         Surface {
             normal: through_octahedral(self.normal),
@@ -47,6 +48,7 @@ impl Surface {
 }
 
 /// Square roots in eight bits.
+#[inline]
 fn through_square_root(c: Vec3A) -> Vec3A {
     let root = |x: f32| {
         let x = round(x.clamp(0.0, 1.0).sqrt() * 255.0) / 255.0;

@@ -17,6 +17,7 @@ impl Decoding {
         Decoding { linear, srgb }
     }
 
+    #[inline]
     fn texel(&self, t: &Texture, x: i32, y: i32) -> Vec4 {
         let x = wrap(x, t.width as i32, t.wrap_u);
         let y = wrap(y, t.height as i32, t.wrap_v);
@@ -42,10 +43,12 @@ impl Decoding {
     }
 }
 
+#[inline]
 fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a * (1.0 - t) + b * t
 }
 
+#[inline]
 fn wrap(i: i32, n: i32, mode: Wrap) -> i32 {
     match mode {
         Wrap::Clamp => i.clamp(0, n - 1),

@@ -124,6 +124,7 @@ impl Tree {
 
     /// The nearest triangle that is seen along the ray: front faces unless double-sided, and of what may be cut out only
     /// what `uncut` lets stand.
+    #[inline]
     pub fn nearest(
         &self,
         origin: Vec3A,
@@ -188,6 +189,7 @@ impl Tree {
 
     /// Shows every triangle on the way to `t_max`, from either side and in no order, with its flags; the walk ends where
     /// `see` says false.
+    #[inline]
     pub fn every(
         &self,
         origin: Vec3A,
@@ -232,6 +234,7 @@ impl Tree {
         }
     }
 
+    #[inline]
     fn leaf(&self, at: u32) -> &[Pack] {
         let first = (at & ((1 << COUNT_SHIFT) - 1)) as usize;
         &self.packs[first..first + (at >> COUNT_SHIFT & 7) as usize + 1]

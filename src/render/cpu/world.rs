@@ -91,6 +91,7 @@ impl Slot {
     }
 
     /// Of a vertex' two pairs of coordinates.
+    #[inline]
     pub fn uv(&self, uv: Vec4) -> Vec2 {
         let p = if self.second_uv { Vec3A::new(uv.z, uv.w, 1.0) } else { Vec3A::new(uv.x, uv.y, 1.0) };
         Vec2::new(self.row_u.dot(p), self.row_v.dot(p))
