@@ -108,7 +108,7 @@ impl Reference {
             shading_reuse: neutral.shading_reuse,
             ..options.settings.clone()
         };
-        let of = |spp: u32| method.clone().with_samples(Some(spp));
+        let of = |spp: u32| method.clone().with_exactly(spp);
         let key =
             |renderer: &Renderer, spp: u32| identity(renderer.scene(), camera, &of(spp), &settings, gpu.info().kind);
         // Paths are the same, whatever their number.

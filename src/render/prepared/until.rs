@@ -27,7 +27,7 @@ impl Prepared {
 
     /// Paths a pixel of the frames to come, of the reference.
     pub fn set_samples(&mut self, samples: u32) {
-        self.method = self.method.clone().with_samples(Some(samples));
+        self.method = self.method.clone().with_exactly(samples);
     }
 
     /// The next frame goes on from these sums, if they are of the same pixels and not more than it asks for; and its own, or
