@@ -292,6 +292,41 @@ mod scenes {
     }
 
     #[test]
+    fn a_reference_grows_to_the_same_bits_and_stops_where_it_is_good_enough() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let small = ["compare", "room", "--size", "48x27", "--seeds", "2", "--methods", "sssr", "--spp", "1", "--json"];
+        let run = |cache: &str, more: &[&str]| {
+            let done = cyclopean(folder.path(), &[&small[..], &["--cache", cache], more].concat());
+            assert!(done.status.success(), "{}", stderr(&done));
+            let reference = json(&done.stdout)["scenes"][0]["reference"].clone();
+            let key = reference["key"].as_str().expect("a key").to_owned();
+            (reference["spp"].as_u64().expect("a count"), key, stderr(&done))
+        };
+        let bytes = |cache: &str, key: &str| {
+            let read = |name| std::fs::read(folder.path().join(cache).join(key).join(name)).expect("read");
+            ["reference.exr", "again.exr"].map(read)
+        };
+        run("grown", &["--reference-spp", "8"]);
+        let (_, key, _) = run("grown", &["--reference-spp", "40"]);
+        assert_eq!(run("fresh", &["--reference-spp", "40"]).1, key);
+        assert!(bytes("grown", &key) == bytes("fresh", &key), "a reference that grew is another one");
+        // Fewer paths than are kept, and more, stop where an empty cache would.
+        for until in ["30%", "18%"] {
+            let (spp, key, _) = run("grown", &["--until", until]);
+            let (again, same, said) = run("grown", &["--until", until]);
+            assert_eq!((again, &same), (spp, &key));
+            assert!(!said.contains("reference:"), "it is not made twice: {said}");
+            assert_eq!(run("fresh", &["--until", until]).1, key);
+            assert!(bytes("grown", &key) == bytes("fresh", &key), "until {until}, {spp} paths");
+            assert!((16..1000).contains(&spp), "until {until}: {spp} paths");
+            println!("until {until}: {spp} paths");
+        }
+        // One file a seed, however many paths.
+        let kept = std::fs::read_dir(folder.path().join("grown").join("paths")).expect("a folder").count();
+        assert!(kept <= 2, "{kept} files");
+    }
+
+    #[test]
     fn wrong_usage_is_two() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (arguments, said) in [
@@ -300,6 +335,7 @@ mod scenes {
             (vec!["compare", "room", "--spp", "0"], "1..=65536"),
             (vec!["compare", "room", "--edge-fade", "0.7"], "outside 0 to 0.5"),
             (vec!["compare", "room", "--exposure", "2"], "a scene says its own"),
+            (vec!["compare", "room", "--until", "0.01"], "no percentage above 0"),
         ] {
             let done = cyclopean(folder.path(), &arguments);
             assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", stderr(&done));

@@ -19,7 +19,7 @@ use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::metrics::flip;
 #[cfg(feature = "gpu")]
-use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal};
+use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal, Trace};
 #[cfg(feature = "gpu")]
 use crate::scene::{Fallback, Scene, View};
 
@@ -82,6 +82,10 @@ struct SceneArgs {
     /// Paths a pixel of the reference.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=65536))]
     reference_spp: Option<u32>,
+    /// The reference stops before --reference-spp where the mean relative standard error of its reflecting pixels is at most
+    /// this, such as 1%; and without --reference-spp it may take 65536 paths. Not with --path or --effect ao.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "path")]
+    until: Option<f64>,
     /// What unknown rays see; `both`: black and the scene's own.
     #[arg(long, value_enum, default_value_t = FallbackArg::Black)]
     fallback: FallbackArg,
@@ -94,6 +98,9 @@ struct SceneArgs {
     /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
+    /// How rays through the scene's geometry find what they hit, those of the reference included.
+    #[arg(long, value_enum, default_value_t = Trace::Auto)]
+    trace: Trace,
     /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     antialias: u32,
@@ -123,6 +130,14 @@ struct SceneArgs {
     /// Part of the device's name; the best device by default.
     #[arg(long)]
     device: Option<String>,
+}
+
+/// A share above 0 and below 100 %, written `1%` or `0.5%`.
+#[cfg(feature = "gpu")]
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
+    let share = number.filter(|n| *n > 0.0 && *n < 100.0).map(|n| n / 100.0);
+    share.ok_or_else(|| format!("`{text}` is no percentage above 0 and below 100, such as 1%"))
 }
 
 /// What a comparison is about.
@@ -192,7 +207,8 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     let gpu = device::open(of.device.as_deref())?;
     let size = device::size_or_default(&gpu, of.size, console);
     let reference = Method::parse("path-traced").map_err(|e| WrongUsage(e.to_string()))?;
-    let reference = device::samples_or_default(&gpu, reference, of.reference_spp, console);
+    let most = of.reference_spp.or(of.until.map(|_| 65536));
+    let reference = device::samples_or_default(&gpu, reference, most, console);
     let settings = Settings {
         edge_fade: of.edge_fade,
         reuse: of.reuse,
@@ -200,6 +216,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         temporal: of.temporal,
         shadows: !of.no_shadows,
         shading_reuse: of.shading_reuse,
+        trace: of.trace,
         antialias: of.antialias,
         indirect: of.indirect,
         ..device::settings(size, 0)
@@ -212,6 +229,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         spp: of.spp.clone(),
         seeds: of.seeds,
         reference,
+        until: of.until,
         settings,
         fallback: match of.fallback {
             FallbackArg::Black => compare::Fallbacks::One(Fallback::Black),
@@ -267,6 +285,9 @@ fn compare_sequences(
 
 #[cfg(feature = "gpu")]
 fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::Result<()> {
+    if of.until.is_some() {
+        return Err(WrongUsage("--until is for the reference of reflections; --effect ao has none".to_owned()).into());
+    }
     // The comparison sets the method itself.
     let reach = of.ao.settings(Ao::None)?;
     let gpu = device::open(of.device.as_deref())?;

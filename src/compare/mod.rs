@@ -19,6 +19,7 @@ mod sheet;
 mod summary;
 mod tables;
 mod times;
+mod trail;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;

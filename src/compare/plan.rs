@@ -16,6 +16,8 @@ pub struct Options {
     pub seeds: u32,
     /// The reference with its paths a pixel.
     pub reference: Method,
+    /// It stops earlier where its relative error is at most this; see `Prepared::set_until`.
+    pub until: Option<f64>,
     /// Size, fade and whatever else; seed and fallback are set by the plan.
     pub settings: Settings,
     pub fallback: Fallbacks,

@@ -1,5 +1,8 @@
 //! The path-traced reference of a view: made once, kept by its content's hash, verified when it is read.
 //!
+//! It goes on from the sums of an earlier run with fewer paths, also of one that Ctrl-C ended, and may stop where its
+//! standard error is small enough: [`super::trail`].
+//!
 //! A second one with another seed stands beside it. Half their mean squared difference is the reference's variance
 //! without any assumption about its samples, and what it scores as a method is the floor of the others.
 
@@ -12,7 +15,8 @@ use sha2::{Digest, Sha256};
 
 use super::CompareError;
 use super::plan::Options;
-use crate::console::{Console, check_interrupted};
+use super::trail::Trail;
+use crate::console::{Console, Progress, check_interrupted};
 use crate::gpu::Gpu;
 use crate::metrics::Pairs;
 use crate::metrics::pairs::{self, EyeSurfaces, Surfaces};
@@ -39,6 +43,8 @@ const MANIFEST: &str = "manifest.json";
 pub struct Reference {
     pub key: String,
     pub folder: PathBuf,
+    /// Paths a pixel.
+    pub spp: u32,
     /// Linear radiance, the outgoing reflection alone, and its standard error.
     pub linear: StereoPicture,
     pub reflection: StereoPicture,
@@ -105,49 +111,60 @@ impl Reference {
             shading_reuse: neutral.shading_reuse,
             ..options.settings.clone()
         };
-        let key = identity(renderer.scene(), camera, method, &settings, gpu.info().kind)?;
-        let folder = options.cache.join(&key);
-        if folder.join(MANIFEST).exists() {
-            match Reference::read(&key, &folder) {
-                Ok(found) => return Ok(found),
-                Err(reason) => console.note(format!("{}: {reason}; it is made again", folder.display())),
-            }
+        let of = |spp: u32| method.clone().with_exactly(spp);
+        let key =
+            |renderer: &Renderer, spp: u32| identity(renderer.scene(), camera, &of(spp), &settings, gpu.info().kind);
+        // Paths are the same, whatever their number.
+        let any = key(renderer, 1)?;
+        let mut trails = [0, 1].map(|number| Trail::open(&options.cache, &any, number));
+        let most = method.samples();
+        let count = options.until.map_or(Some(most), |until| trails[0].count_for(until, most));
+        if let Some(spp) = count
+            && let Some(found) = Reference::stored(&key(renderer, spp)?, options, console)
+        {
+            return Ok(found);
         }
-        let scene = renderer.scene().name.clone();
-        let made = Reference::make(key, folder, renderer.prepare(camera, method, &settings)?, console)?;
+        let mut prepared = renderer.prepare(camera, &of(count.unwrap_or(most)), &settings)?;
+        prepared.set_until(options.until.filter(|_| count.is_none()));
+        let mut bar = console.progress("reference", 2 * u64::from(prepared.method().samples()));
+        trace(&prepared, &mut trails[0], (&mut bar, 0))?;
+        // Where nothing reflects nothing is traced, and nothing is known of an error.
+        let spp = Some(prepared.samples_reached()).filter(|spp| *spp > 0).unwrap_or(most);
+        let key = key(renderer, spp)?;
+        if count.is_none()
+            && let Some(found) = Reference::stored(&key, options, console)
+        {
+            return Ok(found);
+        }
+        let (linear, reflection, geometry) = (prepared.linear()?, prepared.reflection()?, prepared.geometry()?);
+        let error = prepared.standard_error(&reflection)?.unwrap_or_else(|| black(&linear));
+        let pairs = choose_pairs(&prepared, &geometry, &linear, &error);
+        let rays = rays(&geometry, &linear);
+        prepared.set_until(None);
+        prepared.set_samples(spp);
+        prepared.set_seed(SEEDS[1], 0);
+        trace(&prepared, &mut trails[1], (&mut bar, spp))?;
+        let again = [prepared.linear()?, prepared.reflection()?];
         // What validation speaks against is not kept.
         gpu.check_validation()?;
-        made.write(&scene, method.samples())?;
+        let folder = options.cache.join(&key);
+        let made = Reference { key, folder, spp, linear, reflection, error, rays, pairs, again };
+        made.write(&renderer.scene().name)?;
         Ok(made)
     }
 
-    fn make(
-        key: String,
-        folder: PathBuf,
-        mut prepared: Prepared,
-        console: &Console,
-    ) -> Result<Reference, CompareError> {
-        let mut bar = None;
-        let samples = u64::from(prepared.method().samples());
-        let mut frame = |prepared: &Prepared, first: u64| {
-            prepared.frame(&mut |done, _| {
-                let bar = bar.get_or_insert_with(|| console.progress("reference", 2 * samples));
-                bar.advance_to(first + u64::from(done), "");
-                check_interrupted()
-            })
-        };
-        frame(&prepared, 0)?;
-        let (linear, reflection, geometry) = (prepared.linear()?, prepared.reflection()?, prepared.geometry()?);
-        let error = prepared.standard_error(&reflection)?.unwrap_or_else(|| black(&linear));
-        prepared.set_seed(SEEDS[1], 0);
-        frame(&prepared, samples)?;
-        let again = [prepared.linear()?, prepared.reflection()?];
-        let pairs = choose_pairs(&prepared, &geometry, &linear, &error);
-        let rays = rays(&geometry, &linear);
-        Ok(Reference { key, folder, linear, reflection, error, rays, pairs, again })
+    /// The one of this key, if it is whole.
+    fn stored(key: &str, options: &Options, console: &Console) -> Option<Reference> {
+        let folder = options.cache.join(key);
+        if !folder.join(MANIFEST).exists() {
+            return None;
+        }
+        Reference::read(key, &folder)
+            .map_err(|reason| console.note(format!("{}: {reason}; it is made again", folder.display())))
+            .ok()
     }
 
-    fn write(&self, scene: &str, spp: u32) -> Result<(), CompareError> {
+    fn write(&self, scene: &str) -> Result<(), CompareError> {
         let folder = &self.folder;
         std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
         let parts = [
@@ -168,7 +185,7 @@ impl Reference {
                 files::read(&path, MOST_KEPT).map_err(|e| PictureError::Read { path, reason: e.to_string() })?;
             hashes.insert(name.to_owned(), sha256(&bytes));
         }
-        let manifest = Manifest { version: VERSION, scene: scene.to_owned(), spp, files: hashes };
+        let manifest = Manifest { version: VERSION, scene: scene.to_owned(), spp: self.spp, files: hashes };
         Ok(files::write_bytes(&folder.join(MANIFEST), &serde_json::to_vec_pretty(&manifest)?)?)
     }
 
@@ -190,6 +207,7 @@ impl Reference {
         Ok(Reference {
             key: key.to_owned(),
             folder: folder.to_owned(),
+            spp: manifest.spp,
             linear: read(PICTURE, "")?,
             reflection: read(PICTURE, "reflection")?,
             error: read(PICTURE, "error")?,
@@ -198,6 +216,17 @@ impl Reference {
             again: [read(AGAIN, "")?, read(AGAIN, "reflection")?],
         })
     }
+}
+
+/// Renders a frame from the sums that are kept, and keeps its own, also what Ctrl-C leaves of them.
+fn trace(prepared: &Prepared, trail: &mut Trail, (bar, before): (&mut Progress, u32)) -> Result<(), CompareError> {
+    trail.lend(prepared);
+    let done = prepared.frame(&mut |done, _| {
+        bar.advance_to(u64::from(before) + u64::from(done), "");
+        check_interrupted()
+    });
+    trail.keep(prepared)?;
+    Ok(done.map(|_| ())?)
 }
 
 fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture, error: &StereoPicture) -> Pairs {

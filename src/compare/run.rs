@@ -80,7 +80,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
         reference: ReferenceReport {
             key: reference.key.clone(),
             files: reference.folder.clone(),
-            spp: options.reference.samples(),
+            spp: reference.spp,
             variance: [0, 1].map(|eye| variance_of_two(&reference, eye, &masks[eye])),
         },
         pairs: PairsReport {

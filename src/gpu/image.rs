@@ -176,13 +176,21 @@ impl Image {
     pub fn with_layers(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, layers: &[&[u8]]) -> Result<Image, GpuError> {
         assert_eq!(layers.len(), desc.layers as usize, "{what}: bytes for every layer");
         let image = Image::new(gpu, what, desc)?;
-        let bytes = layers.concat();
-        let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
-        staging.write(&bytes);
-        let mut frame = Frame::begin(gpu)?;
-        frame.copy_to_layers(&staging, &image);
-        frame.finish()?;
+        image.write_layers(&layers.concat())?;
         Ok(image)
+    }
+
+    /// Writes mip 0 of all layers, tightly packed one after the other, and waits; the image takes copies.
+    ///
+    /// # Errors
+    /// When memory for the copy runs out, or what the copy said.
+    pub fn write_layers(&self, bytes: &[u8]) -> Result<(), GpuError> {
+        let staging = Buffer::upload(&self.gpu, "staging", bytes.len() as u64)?;
+        staging.write(bytes);
+        let mut frame = Frame::begin(&self.gpu)?;
+        frame.copy_to_layers(&staging, self);
+        frame.finish()?;
+        Ok(())
     }
 
     /// Declares the next use; the barrier that it needs, if it does.

@@ -23,7 +23,7 @@ use super::targets::{GBuffer, RayList};
 use super::upload::{Range, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
-const EXCHANGED: u32 = 1 << 31;
+pub const EXCHANGED: u32 = 1 << 31;
 
 /// How rays find what they hit.
 pub enum Way {
@@ -66,10 +66,10 @@ impl RayScene {
                 let (structure, triangles) = ray_structure::build(gpu, &triangles)?;
                 (Way::RayQuery(Box::new(structure)), triangles)
             }
-            Trace::Auto if takes_ray_query(gpu, trace) => {
+            Trace::Auto | Trace::Cpu if takes_ray_query(gpu, trace) => {
                 return Self::new(gpu, (scene, places), ranges, head, Trace::RayQuery);
             }
-            Trace::Auto | Trace::Bvh => {
+            Trace::Auto | Trace::Cpu | Trace::Bvh => {
                 let (nodes, order) = build(&triangles);
                 let nodes = upload_rows(gpu, "BVH nodes", &nodes)?;
                 (Way::Bvh(nodes), order.iter().map(|&i| triangles[i as usize]).collect())
@@ -101,7 +101,7 @@ pub fn fast_ray_queries(gpu: &Gpu, trace: Trace) -> bool {
 /// A software device answers ray queries too (Mesa 25), two to three times as slowly as it walks our own tree.
 fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
     match trace {
-        Trace::Auto => gpu.has_ray_query() && !gpu.is_cpu(),
+        Trace::Auto | Trace::Cpu => gpu.has_ray_query() && !gpu.is_cpu(),
         Trace::Bvh => false,
         Trace::RayQuery => true,
     }
@@ -184,7 +184,8 @@ pub fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[
     Image::with_content(gpu, what, desc, &[bytes])
 }
 
-fn world_triangles(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
+/// The scene's triangles relative to `head`, instance by instance.
+pub fn world_triangles(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
     let mut out = Vec::with_capacity(scene.triangle_count());
     for (number, (instance, place)) in scene.instances.iter().zip(places).enumerate() {
         let p = &scene.primitives[instance.primitive];

@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use crate::scene::{Eye, Scene, StereoCamera};
 
 use super::method::Answer;
-use super::{Method, Settings, shaders};
+use super::{Method, Settings, cpu, shaders};
 
 /// SHA-256 (hex) over scene bytes, shaders, method and samples, both eyes' cameras, settings, renderer version and kind
 /// of device.
@@ -28,7 +28,7 @@ pub fn identity(
     let parts = method.parts();
     // Ambient occlusion may ask the views.
     let reference = parts.answer == Answer::PathTraced && !parts.resolved && settings.ao.is_off();
-    let identity = serde_json::json!({
+    let mut identity = serde_json::json!({
         "scene": scene.content_sha256,
         "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },
         "method": method.to_string(),
@@ -40,6 +40,10 @@ pub fn identity(
         "renderer": env!("CARGO_PKG_VERSION"),
         "device_kind": device_kind,
     });
+    // Rounding differs from the device's; and no digest of shaders tells of a change.
+    if cpu::traces(method, settings.trace, device_kind) {
+        identity["paths_by"] = format!("cpu {}", cpu::VERSION).into();
+    }
     let digest = Sha256::digest(serde_json::to_vec(&identity)?);
     Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
 }

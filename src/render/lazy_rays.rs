@@ -1,6 +1,6 @@
 //! The scene's geometry for rays, built when it is first asked for and kept for whoever asks next.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -10,6 +10,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::scene::Scene;
 
 use super::bvh::RayScene;
+use super::cpu::{Content, World};
 use super::settings::Trace;
 use super::upload::SceneResources;
 
@@ -21,6 +22,9 @@ pub struct LazyRays {
     /// Where the instances stand.
     places: RefCell<Vec<DAffine3>>,
     built: RefCell<Option<Rc<RayScene>>>,
+    /// The same for the processor, and what of it stays when something moves.
+    world: RefCell<Option<Rc<World>>>,
+    content: OnceCell<Arc<Content>>,
 }
 
 impl LazyRays {
@@ -28,7 +32,8 @@ impl LazyRays {
     pub fn new(gpu: &Rc<Gpu>, scene: &Arc<Scene>, resources: &Rc<SceneResources>) -> LazyRays {
         let (gpu, scene, resources) = (Rc::clone(gpu), Arc::clone(scene), Rc::clone(resources));
         let places = RefCell::new(scene.places());
-        LazyRays { gpu, scene, resources, places, built: RefCell::new(None) }
+        let (built, world, content) = (RefCell::new(None), RefCell::new(None), OnceCell::new());
+        LazyRays { gpu, scene, resources, places, built, world, content }
     }
 
     /// The instances stand elsewhere: what was built no longer fits.
@@ -36,7 +41,19 @@ impl LazyRays {
         if *self.places.borrow() != places {
             *self.places.borrow_mut() = places.to_vec();
             *self.built.borrow_mut() = None;
+            *self.world.borrow_mut() = None;
         }
+    }
+
+    /// The geometry relative to `head` in the processor's memory: what was built last, if it fits, else built now.
+    pub fn world(&self, head: DVec3) -> Rc<World> {
+        if let Some(world) = self.world.borrow().as_ref().filter(|w| w.head == head) {
+            return Rc::clone(world);
+        }
+        let content = self.content.get_or_init(|| Arc::new(Content::new(&self.scene)));
+        let world = Rc::new(World::new(content, &self.places.borrow(), head));
+        *self.world.borrow_mut() = Some(Rc::clone(&world));
+        world
     }
 
     /// The geometry relative to `head`: what was built last, if it fits, else built now.

@@ -506,6 +506,11 @@ impl Method {
         Method { samples: self.samples.or(samples.map(|n| n.max(1))), ..self }
     }
 
+    /// The same with so many rays a pixel (at least one), whatever its name says.
+    pub fn with_exactly(self, samples: u32) -> Method {
+        Method { samples: Some(samples.max(1)), ..self }
+    }
+
     /// The method that differs from this one in its accumulation over frames alone; `None`: there is none of that name.
     pub fn without_or_with_history(&self) -> Option<Method> {
         const SUFFIX: &str = "-temporal";

@@ -10,6 +10,7 @@ mod bvh;
 mod classify;
 mod composite;
 mod context;
+pub mod cpu;
 mod depth_pyramid;
 mod fine;
 mod framing;

@@ -49,6 +49,8 @@ pub struct Needs {
     pub probe: bool,
     /// Rays through the scene's geometry.
     pub path_trace: bool,
+    /// The processor traces them, and the device has no part in it.
+    pub cpu_paths: bool,
     /// Rays that the views lose ask the scene's geometry.
     pub geometry: bool,
     /// The filter keeps the variance of what it finds.
@@ -197,6 +199,7 @@ impl Needs {
             resolve: resolve && rays,
             probe,
             path_trace: !screen && rays,
+            cpu_paths: false,
             geometry: geometry && rays,
             moments: moments && rays,
             pairs: (method.reprojection.is_some() || accumulation.is_some()) && rays,
@@ -206,6 +209,17 @@ impl Needs {
             ao: settings.ao.method,
             parts,
         }
+    }
+
+    /// The same with the reference's paths traced by the processor, if any are.
+    pub fn with_paths_on_the_cpu(mut self) -> Needs {
+        self.cpu_paths = self.path_trace && !self.resolve;
+        if self.cpu_paths
+            && let Some(part) = self.parts.iter_mut().find(|p| p.name == "path_trace")
+        {
+            part.why.push_str(", traced by the processor");
+        }
+        self
     }
 
     /// Of surfaces and their light alone.
@@ -218,6 +232,7 @@ impl Needs {
             back_faces: false,
             resolve: false,
             path_trace: false,
+            cpu_paths: false,
             geometry: false,
             pairs: false,
             accumulate: false,

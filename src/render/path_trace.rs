@@ -47,12 +47,13 @@ impl PathTracePass {
         (first, count): (u32, u32),
     ) -> Result<(), GpuError> {
         let (Some(list), Some(out)) = (&targets.rays, &targets.path_traced) else { return Ok(()) };
+        let Some(sums) = &out.sums else { return Ok(()) };
         frame
             .compute(&self.pass)
             .with(|chain| rays.bind_geometry_rays(chain, list, (resources, context), &targets.gbuffer))
-            .read_write(&out.sum)
-            .read_write(&out.compensation)
-            .read_write(&out.squares)
+            .read_write(&sums.sum)
+            .read_write(&sums.compensation)
+            .read_write(&sums.squares)
             .write(&out.reflection)
             .write(&out.error)
             .constants(&Constants { first_sample: first, sample_count: count })

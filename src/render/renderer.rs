@@ -17,6 +17,7 @@ use super::baked::BakedLight;
 use super::brdf_table::brdf_table;
 use super::bvh::{RayScene, fast_ray_queries};
 use super::context::Context;
+use super::cpu;
 use super::fine::Fine;
 use super::framing::Framing;
 use super::lazy_rays::LazyRays;
@@ -78,7 +79,7 @@ pub struct Rendered {
     pub samples: u32,
     /// What was rendered: the method that was asked for, or the one that it stands for on this device.
     pub method: String,
-    /// How rays through the geometry found what they hit: `bvh` or `ray-query`.
+    /// How rays through the geometry found what they hit: `bvh`, `ray-query` or, of the reference's paths, `cpu`.
     pub way: Option<&'static str>,
 }
 
@@ -192,6 +193,10 @@ impl Renderer {
     ) -> Result<Prepared, RenderError> {
         let method = &method.on(fast_ray_queries(&self.gpu, settings.trace));
         let needs = Needs::of(&self.scene, method, settings);
+        let needs = match cpu::traces(method, settings.trace, self.gpu.info().kind) {
+            true => needs.with_paths_on_the_cpu(),
+            false => needs,
+        };
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
         if drawn.width.max(drawn.height) > MOST_PIXELS / settings.antialias.max(1) {
@@ -203,7 +208,7 @@ impl Renderer {
         let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), nothing), view)?;
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
-        let asks_geometry = needs.path_trace
+        let asks_geometry = needs.path_trace && !needs.cpu_paths
             || needs.shadow_rays()
             || needs.indirect
             || needs.ao == Ao::RayTraced

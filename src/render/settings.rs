@@ -29,17 +29,19 @@ pub enum Firefly {
     BoundedShare,
 }
 
-/// How rays through the scene's geometry find what they hit. Both ways answer alike, but for rounding.
+/// How rays through the scene's geometry find what they hit. All ways answer alike, but for rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trace {
-    /// The device's ray queries where it has them, else the BVH.
+    /// Ray queries where a graphics card has them, else the BVH; the reference's paths on a software device: `cpu`.
     #[default]
     Auto,
     /// A BVH in textures, walked by the shader: every device.
     Bvh,
     /// `VK_KHR_ray_query`.
     RayQuery,
+    /// The processor traces the reference's paths, on all cores; other rays go as with `auto`.
+    Cpu,
 }
 
 /// How the shadows of lights on the views are found.

@@ -83,10 +83,16 @@ pub struct Filtered {
 }
 
 /// The reference's accumulators.
-pub struct PathTraced {
+pub struct PathSums {
     pub sum: Image,
     pub compensation: Image,
     pub squares: Image,
+}
+
+/// What the reference's paths come to.
+pub struct PathTraced {
+    /// `None` where the processor adds up.
+    pub sums: Option<PathSums>,
     pub reflection: Image,
     pub error: Image,
 }
@@ -181,10 +187,19 @@ impl Targets {
         };
         let path_traced = match needs.path_trace && !needs.resolve {
             false => None,
+            true if needs.cpu_paths => {
+                let written = |what: &str| {
+                    let desc = ImageDesc::stereo(w, h, rgba32);
+                    Image::new(gpu, what, ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
+                };
+                Some(PathTraced { sums: None, reflection: written("path mean")?, error: written("path error")? })
+            }
             true => Some(PathTraced {
-                sum: stereo("path sums", rgba32)?,
-                compensation: stereo("path compensation", rgba32)?,
-                squares: stereo("path squares", rgba32)?,
+                sums: Some(PathSums {
+                    sum: stereo("path sums", rgba32)?,
+                    compensation: stereo("path compensation", rgba32)?,
+                    squares: stereo("path squares", rgba32)?,
+                }),
                 reflection: stereo("path mean", rgba32)?,
                 error: stereo("path error", rgba32)?,
             }),

@@ -142,7 +142,8 @@ pub fn slots(m: &Material) -> [Option<&TextureRef>; 4] {
     ]
 }
 
-fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
+/// Vertices and indices of all primitives, and where each lies among them.
+pub fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
     let (mut vertices, mut indices, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
     for p in &scene.primitives {
         ranges.push(Range {
@@ -166,7 +167,8 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
     (vertices, indices, ranges)
 }
 
-fn material_data(m: &Material) -> MaterialData {
+/// A material as shaders read it.
+pub fn material_data(m: &Material) -> MaterialData {
     MaterialData {
         base_color: m.base_color.to_array(),
         // Finite: infinity times a texture's 0 would be NaN.

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
-use cyclopean::scene::{Light, Material, Primitive, Scene, StereoCamera};
+use cyclopean::scene::{Alpha, Instance, Light, Material, Primitive, Scene, StereoCamera, Texture, TextureRef, Wrap};
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub use cyclopean::stress::shapes::{
-    constant_environment, glowing, look, material, plane, primitive, scene, settings, sphere,
+    constant_environment, glowing, look, material, place, plane, primitive, scene, settings, sphere, upright,
 };
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3, Vec4};
 
 /// The best device with validation on: one message fails the render.
 pub fn gpu() -> Rc<Gpu> {
@@ -95,4 +95,49 @@ pub fn floating_box(a: f64, low: f64, high: f64) -> Vec<(Primitive, Material, DA
         side(z, [half, 1.0, a], [a, middle, 0.0]),
         side(z.inverse(), [half, 1.0, a], [-a, middle, 0.0]),
     ]
+}
+
+/// The hall with cut-out lattices, single- and double-sided, one of them mirrored: everything the two ways could see
+/// differently.
+pub fn lattices() -> Scene {
+    let mut scene = cyclopean::stress::shapes::hall(0.3, 0.064);
+    let texels: Vec<u8> = (0..64).flat_map(|i| [255, 255, 255, if (i / 8 + i) % 2 == 0 { 255 } else { 0 }]).collect();
+    scene.textures.push(Texture {
+        name: "lattice".to_owned(),
+        width: 8,
+        height: 8,
+        rgba8: Arc::new(texels),
+        srgb: true,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        nearest: true,
+    });
+    let transform = Mat3::from_diagonal(Vec3::new(2.0, 2.0, 1.0));
+    let turned = upright() * DQuat::from_rotation_z(0.4);
+    for (i, (double_sided, scale_x, shape)) in
+        [(false, 1.0, plane(3)), (true, 1.0, plane(3)), (false, -1.0, plane(3)), (true, 0.4, sphere(8))]
+            .into_iter()
+            .enumerate()
+    {
+        let mut primitive = shape;
+        primitive.material = scene.materials.len();
+        let base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform });
+        let material = Material {
+            double_sided,
+            alpha: Alpha::Mask { cutoff: 0.5 },
+            base_color_texture,
+            ..glowing(Vec3::new(0.9, 0.2, 0.4))
+        };
+        scene.materials.push(Material { base_color: Vec4::ONE, ..material });
+        let at = [1.0 * i as f64 - 1.6, 0.6, -1.2 - 0.3 * i as f64];
+        let world_from_object = place([scale_x, 1.0, 1.0], turned, at);
+        let primitive_index = scene.primitives.len();
+        scene.primitives.push(primitive);
+        scene.instances.push(Instance {
+            primitive: primitive_index,
+            world_from_object,
+            previous_world_from_object: world_from_object,
+        });
+    }
+    scene
 }

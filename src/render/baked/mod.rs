@@ -44,6 +44,16 @@ const RAYS_A_SUBMISSION: u32 = 200_000;
 pub struct BakedLight {
     patches: Image,
     light: Image,
+    gathered: Gathered,
+}
+
+/// The same in the host's memory.
+#[derive(Default)]
+pub struct Gathered {
+    /// See [`Lattice::patches`].
+    pub patches: Vec<u32>,
+    /// Irradiance / π in red, green and blue, a point.
+    pub light: Vec<[f32; 4]>,
 }
 
 impl BakedLight {
@@ -54,7 +64,12 @@ impl BakedLight {
     pub fn nothing(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
         let desc = ImageDesc::texture(1, 1, 1, vk::Format::R32G32B32A32_UINT);
         let image = |what| Image::with_content(gpu, what, desc, &[vec![0; 16]]);
-        Ok(BakedLight { patches: image("no patches")?, light: image("no light")? })
+        Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
+    }
+
+    /// For whoever traces on the host.
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
     }
 
     /// Binds what `baked.glsl` reads.
@@ -79,7 +94,7 @@ impl BakedLight {
             && let Some(lattice) = Lattice::new(scene, rays.head, kept.spacing)
             && lattice.points.len() == kept.values.len()
         {
-            return BakedLight::new(gpu, &lattice, &kept.values);
+            return BakedLight::new(gpu, lattice, kept.values);
         }
         let (lattice, gathering, spacing) = place(scene, rays);
         let patches = upload_rows(gpu, "light patches", &lattice.patches)?;
@@ -90,12 +105,16 @@ impl BakedLight {
         if let Some(folder) = folder {
             store::write(folder, &key, &kept)?;
         }
-        BakedLight::new(gpu, &lattice, &kept.values)
+        BakedLight::new(gpu, lattice, kept.values)
     }
 
-    fn new(gpu: &Rc<Gpu>, lattice: &Lattice, values: &[[f32; 4]]) -> Result<BakedLight, RenderError> {
-        let patches = upload_rows(gpu, "light patches", &lattice.patches)?;
-        Ok(BakedLight { patches, light: upload_rows(gpu, "baked light", values)? })
+    fn new(gpu: &Rc<Gpu>, lattice: Lattice, light: Vec<[f32; 4]>) -> Result<BakedLight, RenderError> {
+        let gathered = Gathered { patches: lattice.patches, light };
+        Ok(BakedLight {
+            patches: upload_rows(gpu, "light patches", &gathered.patches)?,
+            light: upload_rows(gpu, "baked light", &gathered.light)?,
+            gathered,
+        })
     }
 }
 

@@ -5,8 +5,9 @@
 
 mod read;
 mod record;
+mod until;
 
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,6 +24,7 @@ use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::Context;
+use super::cpu::{CpuPathTrace, Sums, World};
 use super::depth_pyramid::DepthPyramidPass;
 use super::fine::Fine;
 use super::framing::Framing;
@@ -48,6 +50,8 @@ use super::trace::TracePass;
 use super::trace_geometry::TraceGeometryPass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
+pub(super) use until::relative_error;
+
 /// The passes of a frame, made for its needs.
 struct Passes {
     gbuffer: GBufferPass,
@@ -66,13 +70,15 @@ struct Passes {
     accumulate: Option<AccumulatePass>,
     reproject: Option<ReprojectPass>,
     path_trace: Option<PathTracePass>,
+    /// Or the processor's.
+    cpu_path_trace: Option<CpuPathTrace>,
     composite: CompositePass,
 }
 
 impl Passes {
     fn new(
         gpu: &Rc<Gpu>,
-        (scene, resources): (&Scene, &SceneResources),
+        (scene, resources, context): (&Scene, &SceneResources, &Context),
         needs: &Needs,
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
@@ -81,7 +87,7 @@ impl Passes {
         let reuse = || ShadingReusePass::new(gpu, scene, needs, rays, settings.soft_shadow_rays);
         let shading_reuse = needs.shading_reuse.then(reuse).transpose()?;
         let ao = AoPass::new(gpu, needs, settings.ao, rays)?;
-        let rays = rays.filter(|_| needs.path_trace);
+        let rays = rays.filter(|_| needs.path_trace && !needs.cpu_paths);
         Ok(Passes {
             shading_reuse,
             ao,
@@ -115,6 +121,7 @@ impl Passes {
                 Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, needs, (how, method))?),
                 _ => None,
             },
+            cpu_path_trace: needs.cpu_paths.then(|| CpuPathTrace::new(gpu, needs, context)).transpose()?,
             path_trace: rays.filter(|_| !needs.resolve).map(|r| PathTracePass::new(gpu, needs, r)).transpose()?,
             composite: CompositePass::new(gpu, needs, (settings, method))?,
         })
@@ -127,6 +134,8 @@ pub struct Prepared {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Option<Rc<RayScene>>,
+    /// The same for the processor's paths.
+    world: Option<Rc<World>>,
     /// The geometry for rays that the views lose, built when the first one is lost.
     lazy_rays: Rc<LazyRays>,
     /// Made then, too.
@@ -153,6 +162,20 @@ pub struct Prepared {
     passes: Passes,
     /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
     lit: Cell<bool>,
+    /// When the reference's paths are enough before all are traced.
+    until: Option<f64>,
+    paths: RefCell<PathsSoFar>,
+}
+
+/// The reference's paths from frame to frame, where somebody asked to keep them.
+#[derive(Default)]
+struct PathsSoFar {
+    kept: bool,
+    sums: Option<Sums>,
+    /// Samples, and the relative error that they were found to have.
+    checks: Vec<(u32, f64)>,
+    /// Of the last frame.
+    samples: u32,
 }
 
 /// What is known of a frame besides its images.
@@ -191,13 +214,15 @@ impl Prepared {
         let history = needs.accumulate.then(|| History::new(&gpu, size, scene.instances.len())).transpose()?;
         let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
         let places = scene.places();
-        let passes = Passes::new(&gpu, (&scene, &resources), &needs, (settings, method), rays.as_deref())?;
+        let world = needs.cpu_paths.then(|| lazy_rays.world(context.head));
+        let passes = Passes::new(&gpu, (&scene, &resources, &context), &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
             gpu,
             scene,
             resources,
             rays,
+            world,
             lazy_rays,
             trace_geometry: OnceCell::new(),
             probe,
@@ -215,6 +240,8 @@ impl Prepared {
             fine,
             passes,
             lit: Cell::new(false),
+            until: None,
+            paths: RefCell::default(),
         })
     }
 
@@ -223,8 +250,12 @@ impl Prepared {
         &self.needs
     }
 
-    /// How rays through the geometry find what they hit, `bvh` or `ray-query`; `None` where no ray asks it.
+    /// How rays through the geometry find what they hit, `bvh` or `ray-query`, and `cpu` where the processor traces the
+    /// reference's; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
+        if self.needs.cpu_paths {
+            return Some("cpu");
+        }
         let asked = self.rays.as_deref().filter(|_| {
             let needs = &self.needs;
             needs.path_trace || needs.probe || needs.shadow_rays() || needs.indirect || needs.ao == Ao::RayTraced
@@ -292,6 +323,7 @@ impl Prepared {
         if self.rays.is_some() {
             self.rays = Some(self.lazy_rays.obtain(self.context.head, self.settings.trace)?);
         }
+        self.world = self.world.take().map(|_| self.lazy_rays.world(self.context.head));
         self.trace_geometry = OnceCell::new();
         self.lit.set(false);
         Ok(())

@@ -7,6 +7,7 @@ use crate::gpu::{Frame, GpuError, PassTime};
 
 use super::super::ao::{AoPass, Seen};
 use super::super::context::{Context, read_buffer};
+use super::super::cpu::Paths;
 use super::super::renderer::RenderError;
 use super::super::shared::{CountersData, Counts};
 use super::super::targets::{Marched, Targets};
@@ -96,12 +97,26 @@ impl Prepared {
             if let Some(reproject) = &passes.reproject {
                 reproject.record(&mut frame, resources, fallback, context, (targets, self.history.as_ref()))?;
             }
+            if let (Some(pass), Some(world), Some(out)) = (&passes.cpu_path_trace, &self.world, &targets.path_traced) {
+                times.extend(frame.finish()?);
+                let kept = self.paths.borrow_mut().sums.take().filter(|kept| kept.samples <= samples);
+                let mut paths = pass.begin(world, context, (list, &targets.gbuffer), kept.as_ref())?;
+                drop(kept);
+                let done = self.add_on_the_cpu(&mut paths, &mut counts, progress);
+                if self.paths.borrow().kept {
+                    self.paths.borrow_mut().sums = Some(paths.sums());
+                }
+                done?;
+                times.push(paths.finish(out, &mut counts)?);
+                frame = self.next_submission(&mut counts)?;
+            }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
                 // So that a submission's counts stay within 32 bits.
                 let most_paths = (u64::from(u32::MAX) / self.pixels()).max(1) as u32;
+                self.begin_paths();
                 while first < samples {
-                    count = count.min(samples - first);
+                    count = count.min(self.until_next(first, samples));
                     // Before the recording: with the host's clock each pass is submitted and waited for at once.
                     let start = Instant::now();
                     pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
@@ -109,7 +124,13 @@ impl Prepared {
                     let seconds = start.elapsed().as_secs_f64();
                     frame = self.next_submission(&mut counts)?;
                     first += count;
+                    self.paths.borrow_mut().samples = first;
                     progress(first, samples)?;
+                    if let Some(out) = &targets.path_traced
+                        && self.is_enough(first, || self.error_on_device(list, out))?
+                    {
+                        break;
+                    }
                     // The first one also rasterises and compiles; it only makes the next estimate cautious.
                     count = next_count(count, seconds).min(most_paths);
                 }
@@ -124,6 +145,36 @@ impl Prepared {
             history.end(context.uniform(), self.moment(), self.places.clone());
         }
         Ok((times, counts))
+    }
+
+    fn begin_paths(&self) {
+        let mut paths = self.paths.borrow_mut();
+        paths.checks.clear();
+        paths.samples = 0;
+    }
+
+    /// Adds samples until there are enough, a submission's worth at a time.
+    fn add_on_the_cpu(
+        &self,
+        paths: &mut Paths<'_>,
+        counts: &mut Counts,
+        progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
+    ) -> Result<(), RenderError> {
+        let samples = self.method.samples();
+        self.begin_paths();
+        let mut count = 1;
+        while paths.samples() < samples {
+            count = count.min(self.until_next(paths.samples(), samples));
+            let start = Instant::now();
+            paths.add(count, counts);
+            progress(paths.samples(), samples)?;
+            if self.is_enough(paths.samples(), || Ok(paths.relative_error()))? {
+                break;
+            }
+            count = next_count(count, start.elapsed().as_secs_f64());
+        }
+        self.paths.borrow_mut().samples = paths.samples();
+        Ok(())
     }
 
     /// What lights and baked light put on the view.

@@ -1,0 +1,145 @@
+//! How far a reference's paths have come, on disk: their sums, to go on from after Ctrl-C or when more are asked for, and
+//! how large their error was on the way. A file that is not what was written counts as none.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use cyclopean_analysis::files::{self, WriteError};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::render::Prepared;
+use crate::render::cpu::{KeptPixel, Sums};
+
+use super::CompareError;
+
+/// Changes with the layout of the files.
+const VERSION: u32 = 1;
+
+/// The paths of a view with one seed, whatever their number.
+pub struct Trail {
+    file: PathBuf,
+    so_far: Option<SoFar>,
+}
+
+/// What a file holds: a digest of the rest, a line of JSON, then the pixels' sums.
+#[derive(Debug, Clone, PartialEq)]
+struct SoFar {
+    /// Samples, and the relative error that they were found to have.
+    checks: BTreeMap<u32, f64>,
+    /// Of paths that the processor traced.
+    sums: Option<Sums>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    version: u32,
+    samples: Option<u32>,
+    checks: BTreeMap<u32, f64>,
+}
+
+impl Trail {
+    /// Of the reference that `key` names, `number` its seed's.
+    pub fn open(cache: &Path, key: &str, number: usize) -> Trail {
+        let file = cache.join("paths").join(format!("{key}-{number}.paths"));
+        let so_far = std::fs::read(&file).ok().and_then(|bytes| SoFar::decode(&bytes));
+        Trail { file, so_far }
+    }
+
+    /// The first count up to `most` that was found to be good enough; `None`: nobody has looked so far.
+    pub fn count_for(&self, until: f64, most: u32) -> Option<u32> {
+        let checks = &self.so_far.as_ref()?.checks;
+        checks.range(..=most).find(|(_, error)| **error <= until).map(|(count, _)| *count)
+    }
+
+    /// Lends the sums to the next frame, if they are not more than it asks for.
+    pub fn lend(&self, prepared: &Prepared) {
+        let sums = self.so_far.as_ref().and_then(|s| s.sums.as_ref());
+        prepared.take_up(sums.filter(|s| s.samples <= prepared.method().samples()).cloned());
+    }
+
+    /// Keeps what the frame left, finished or not, unless more is kept already.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be written.
+    pub fn keep(&mut self, prepared: &Prepared) -> Result<(), CompareError> {
+        let sums = prepared.sums();
+        let mut checks: BTreeMap<u32, f64> = prepared.checks().into_iter().collect();
+        if sums.is_none() && checks.is_empty() {
+            return Ok(());
+        }
+        let pixels = |sums: &Option<Sums>| -> Option<Vec<u32>> {
+            Some(sums.as_ref()?.pixels.iter().map(KeptPixel::packed).collect())
+        };
+        if let Some(before) = self.so_far.as_ref().filter(|s| pixels(&s.sums) == pixels(&sums)) {
+            let samples = |sums: &Option<Sums>| sums.as_ref().map_or(0, |s| s.samples);
+            if samples(&before.sums) > samples(&sums) {
+                return Ok(());
+            }
+            checks.extend(&before.checks);
+        }
+        let so_far = SoFar { checks, sums };
+        if self.so_far.as_ref() != Some(&so_far) {
+            let folder = self.file.parent().unwrap_or(Path::new("."));
+            std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })?;
+            files::write_bytes(&self.file, &so_far.encode()?)?;
+            self.so_far = Some(so_far);
+        }
+        Ok(())
+    }
+}
+
+impl SoFar {
+    fn encode(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let samples = self.sums.as_ref().map(|s| s.samples);
+        let mut rest = serde_json::to_vec(&Header { version: VERSION, samples, checks: self.checks.clone() })?;
+        rest.push(b'\n');
+        if let Some(sums) = &self.sums {
+            rest.extend_from_slice(bytemuck::cast_slice(&sums.pixels));
+        }
+        let mut bytes = Sha256::digest(&rest).to_vec();
+        bytes.append(&mut rest);
+        Ok(bytes)
+    }
+
+    fn decode(bytes: &[u8]) -> Option<SoFar> {
+        let (digest, rest) = bytes.split_at_checked(32)?;
+        if Sha256::digest(rest).as_slice() != digest {
+            return None;
+        }
+        let end = rest.iter().position(|b| *b == b'\n')?;
+        let header: Header = serde_json::from_slice(&rest[..end]).ok()?;
+        let pixels = rest[end + 1..].chunks_exact(size_of::<KeptPixel>()).map(bytemuck::pod_read_unaligned);
+        let sums = header.samples.map(|samples| Sums { samples, pixels: pixels.collect() });
+        (header.version == VERSION).then_some(SoFar { checks: header.checks, sums })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_and_nothing_else() {
+        let pixels: Vec<KeptPixel> = vec![bytemuck::Zeroable::zeroed(); 3];
+        let so_far =
+            SoFar { checks: BTreeMap::from([(16, 0.25), (32, 0.1)]), sums: Some(Sums { samples: 40, pixels }) };
+        let bytes = so_far.encode().expect("JSON");
+        assert_eq!(SoFar::decode(&bytes), Some(so_far));
+        for at in [0, 40, bytes.len() - 1] {
+            let mut wrong = bytes.clone();
+            wrong[at] ^= 1;
+            assert_eq!(SoFar::decode(&wrong), None, "byte {at}");
+        }
+        assert_eq!(SoFar::decode(&bytes[..20]), None);
+    }
+
+    #[test]
+    fn the_first_count_that_is_good_enough_is_known() {
+        let so_far = Some(SoFar { checks: BTreeMap::from([(16, 0.25), (32, 0.1), (48, 0.08)]), sums: None });
+        let trail = Trail { file: PathBuf::new(), so_far };
+        assert_eq!(trail.count_for(0.1, 64), Some(32));
+        assert_eq!(trail.count_for(0.1, 16), None);
+        assert_eq!(trail.count_for(0.01, 64), None);
+    }
+}

@@ -1,0 +1,43 @@
+//! The reference's paths traced by the processor: another executor of the pass `path_trace`, for devices in software.
+//!
+//! The device draws the G-buffer and lists the pixels that reflect; both are read back, all cores trace the paths, and the
+//! mean and its standard error are written into the images that the shader would have written. One file stands for one
+//! shader include and says what that says: materials, lights, shadows, the environment, baked light, and the very random
+//! numbers of each pixel and sample. The pictures agree but for rounding; `tests/cpu.rs` holds them together.
+
+mod baked;
+mod brdf;
+mod environment;
+mod hit_surface;
+mod lights;
+mod math;
+mod pass;
+mod path_trace;
+mod random;
+mod shade;
+mod surface;
+mod texture;
+mod tree;
+mod world;
+
+pub(super) use pass::{CpuPathTrace, Paths};
+pub use path_trace::{KeptPixel, Sums};
+pub(super) use world::{Content, World};
+
+use super::method::{Answer, Method};
+use super::settings::Trace;
+
+/// Changes with every change of this folder that changes a picture: part of its address.
+pub const VERSION: u32 = 1;
+
+/// Whether the processor traces a method's paths, on a device of this kind (see `DeviceInfo::kind`).
+pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
+    let parts = method.parts();
+    let is_reference = parts.answer == Answer::PathTraced && !parts.resolved;
+    is_reference
+        && match trace {
+            Trace::Auto => device_kind == "cpu",
+            Trace::Cpu => true,
+            Trace::Bvh | Trace::RayQuery => false,
+        }
+}

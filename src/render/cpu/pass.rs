@@ -1,0 +1,152 @@
+//! Between the device's images and the processor's sums.
+
+use std::rc::Rc;
+use std::time::Instant;
+
+use glam::Vec3A;
+use half::f16;
+
+use crate::gpu::{Gpu, GpuError, Image, PassTime};
+
+use super::super::baked::Gathered;
+use super::super::context::{Context, read_buffer, read_image};
+use super::super::needs::Needs;
+use super::super::prepared::relative_error;
+use super::super::shared::Counts;
+use super::super::targets::{GBuffer, PathTraced, RayList};
+use super::path_trace::{Inputs, KeptPixel, Pixel, Sums, Tally, add_samples};
+use super::shade::BrdfTable;
+use super::world::World;
+
+/// Stands in for [`super::super::path_trace::PathTracePass`].
+pub struct CpuPathTrace {
+    gpu: Rc<Gpu>,
+    table: BrdfTable,
+    shadows: bool,
+    indirect: bool,
+}
+
+/// A frame's pixels on their way.
+pub struct Paths<'a> {
+    pass: &'a CpuPathTrace,
+    world: &'a World,
+    context: &'a Context,
+    gathered: Option<&'a Gathered>,
+    pixels: Vec<Pixel>,
+    samples: u32,
+    tally: Tally,
+    started: Instant,
+}
+
+impl CpuPathTrace {
+    /// # Errors
+    /// What the device said: the BRDF table is read back.
+    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, context: &Context) -> Result<CpuPathTrace, GpuError> {
+        let bytes = read_image(gpu, &context.brdf_table)?;
+        let half = |b: &[u8]| f16::from_le_bytes([b[0], b[1]]).to_f32();
+        let texels = bytes.chunks_exact(8).map(|t| Vec3A::new(half(t), half(&t[2..]), 0.0)).collect();
+        let table = BrdfTable { side: context.brdf_table.extent().0 as i32, texels };
+        Ok(CpuPathTrace { gpu: Rc::clone(gpu), table, shadows: needs.shadows, indirect: needs.indirect })
+    }
+
+    /// Reads back what the device has drawn and listed; it has been waited for. Goes on from `kept`, if those are the sums
+    /// of the same pixels.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn begin<'a>(
+        &'a self,
+        world: &'a World,
+        context: &'a Context,
+        (list, gbuffer): (&RayList, &GBuffer),
+        kept: Option<&Sums>,
+    ) -> Result<Paths<'a>, GpuError> {
+        let started = Instant::now();
+        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &list.arguments)?[..16]);
+        let listed = read_buffer(&self.gpu, &list.rays)?;
+        let mut listed: Vec<u32> =
+            listed.chunks_exact(4).take(count as usize).map(bytemuck::pod_read_unaligned).collect();
+        // Row by row, whatever the order in which the device's threads wrote: neighbours meet the same geometry.
+        listed.sort_unstable();
+        let depth = read_image(&self.gpu, &gbuffer.depth)?;
+        let surface = read_image(&self.gpu, &gbuffer.surface)?;
+        let size = gbuffer.depth.extent();
+        let pixels = listed.into_iter().map(|packed| {
+            let i = index(packed, size);
+            let depth = bytemuck::pod_read_unaligned(&depth[4 * i..4 * i + 4]);
+            Pixel::new(packed, depth, bytemuck::pod_read_unaligned(&surface[16 * i..16 * i + 16]))
+        });
+        let mut pixels: Vec<Pixel> = pixels.collect();
+        let mut samples = 0;
+        let same = |kept: &&Sums| kept.pixels.iter().map(KeptPixel::packed).eq(pixels.iter().map(Pixel::packed));
+        if let Some(kept) = kept.filter(same) {
+            pixels.iter_mut().zip(&kept.pixels).for_each(|(pixel, kept)| pixel.take_up(kept));
+            samples = kept.samples;
+        }
+        let gathered = self.indirect.then(|| context.baked.gathered());
+        Ok(Paths { pass: self, world, context, gathered, pixels, samples, tally: Tally::default(), started })
+    }
+}
+
+impl Paths<'_> {
+    /// Adds so many samples to each pixel.
+    pub fn add(&mut self, count: u32, counts: &mut Counts) {
+        let frame = self.context.uniform();
+        let inputs = Inputs {
+            world: self.world,
+            table: &self.pass.table,
+            gathered: self.gathered,
+            frame: &frame,
+            shadows: self.pass.shadows,
+        };
+        let tally = add_samples(&inputs, &mut self.pixels, (self.samples, count));
+        tally.count(counts);
+        self.tally.add(&tally);
+        self.samples += count;
+    }
+
+    /// So far, of each pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    pub fn sums(&self) -> Sums {
+        Sums { samples: self.samples, pixels: self.pixels.iter().map(Pixel::keep).collect() }
+    }
+
+    /// See [`relative_error`].
+    pub fn relative_error(&self) -> f64 {
+        let results = || self.pixels.iter().map(|p| p.result(self.samples));
+        relative_error(|| results().map(|(mean, error)| (mean.truncate(), error.into())))
+    }
+
+    /// Writes mean and standard error into the pass' images, and says how long it all took.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn finish(self, out: &PathTraced, counts: &mut Counts) -> Result<PassTime, GpuError> {
+        let size = out.reflection.extent();
+        let texels = 2 * size.0 as usize * size.1 as usize;
+        let (mut means, mut errors) = (vec![[0.0f32; 4]; texels], vec![[0.0f32; 4]; texels]);
+        for pixel in &self.pixels {
+            let (mean, error) = pixel.result(self.samples);
+            let color = mean.truncate();
+            counts.nan += u64::from(color.is_nan());
+            counts.inf += u64::from(color.to_array().iter().any(|c| c.is_infinite()));
+            let i = index(pixel.packed(), size);
+            (means[i], errors[i]) = (mean.to_array(), error.extend(0.0).to_array());
+        }
+        let write = |image: &Image, texels: &[[f32; 4]]| image.write_layers(bytemuck::cast_slice(texels));
+        write(&out.reflection, &means)?;
+        write(&out.error, &errors)?;
+        let seconds = self.started.elapsed().as_secs_f64();
+        tracing::debug!("{} rays from hits to lights, {seconds:.3} s on the processor", self.tally.light_rays);
+        Ok(PassTime { name: "path_trace".to_owned(), ms: seconds * 1e3 })
+    }
+}
+
+/// Of a packed pixel in tightly packed layers.
+fn index(packed: u32, (width, height): (u32, u32)) -> usize {
+    let [x, y, eye] = Pixel::place(packed).map(|n| n as usize);
+    (eye * height as usize + y) * width as usize + x
+}

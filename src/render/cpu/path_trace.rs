@@ -1,0 +1,291 @@
+//! Twin of `shaders/path_trace.comp`: adds samples to the listed pixels, on all cores. A pixel belongs to one thread at a
+//! time and asks nothing of its neighbours, so that the sums do not depend on how many there are.
+
+use std::sync::Mutex;
+use std::thread;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3A, Vec3A, Vec4};
+
+use super::super::baked::Gathered;
+use super::super::shared::{Counts, EyeUniform, FrameUniform};
+use super::brdf::Reflector;
+use super::math::{MOST_HALF, luminance};
+use super::random::{DRAW_LIGHT, Sequence, combine};
+use super::shade::{BrdfTable, Draws, Shading};
+use super::surface::Surface;
+use super::tree::Stack;
+use super::world::World;
+
+/// Pixels that a thread takes at a time.
+const AT_A_TIME: usize = 64;
+
+/// What every path reads.
+pub struct Inputs<'a> {
+    pub world: &'a World,
+    pub table: &'a BrdfTable,
+    /// Where baked light stands in for the environment's.
+    pub gathered: Option<&'a Gathered>,
+    pub frame: &'a FrameUniform,
+    /// Some light casts a shadow.
+    pub shadows: bool,
+}
+
+/// A listed pixel: what it shows, and its sums so far.
+pub struct Pixel {
+    /// x and y in 14 bits each, then the eye, as `pack_pixel` has it.
+    packed: u32,
+    depth: f32,
+    surface: [u32; 4],
+    sum: Vec3A,
+    compensation: Vec3A,
+    squares: Vec3A,
+    /// Σ w/distance and Σ w, w the luminance of a sample's weight.
+    nearness: [f32; 2],
+}
+
+/// A pixel's sums as they are kept between runs.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct KeptPixel {
+    /// As in [`Pixel`].
+    packed: u32,
+    sum: [f32; 3],
+    compensation: [f32; 3],
+    squares: [f32; 3],
+    nearness: [f32; 2],
+}
+
+/// The sums of a view's listed pixels, from which more samples can be added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// Of each pixel.
+    pub samples: u32,
+    pub pixels: Vec<KeptPixel>,
+}
+
+/// What the paths came to.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tally {
+    below_horizon: u64,
+    sky: u64,
+    hits: u64,
+    nan: u64,
+    clamped: u64,
+    /// Rays from hits to lights, which the counters of a frame do not count.
+    pub light_rays: u64,
+}
+
+impl Tally {
+    pub fn add(&mut self, other: &Tally) {
+        self.below_horizon += other.below_horizon;
+        self.sky += other.sky;
+        self.hits += other.hits;
+        self.nan += other.nan;
+        self.clamped += other.clamped;
+        self.light_rays += other.light_rays;
+    }
+
+    /// In a frame's counters.
+    pub fn count(&self, counts: &mut Counts) {
+        counts.below_horizon += self.below_horizon;
+        counts.sky += self.sky;
+        counts.hits += self.hits;
+        counts.rays += self.sky + self.hits;
+        counts.nan += self.nan;
+        counts.clamped += self.clamped;
+    }
+}
+
+/// Adds samples `first .. first + count` to every pixel.
+pub fn add_samples(inputs: &Inputs<'_>, pixels: &mut [Pixel], (first, count): (u32, u32)) -> Tally {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let chunks = Mutex::new(pixels.chunks_mut(AT_A_TIME));
+    let work = || {
+        let shading = Shading { inputs, stack: Stack::new(), tally: Tally::default() };
+        let mut tracer = Tracer { shading, light_draws: Vec::new() };
+        loop {
+            // Poisoned only by a panic of another thread, which the scope raises again.
+            let next = chunks.lock().ok().and_then(|mut chunks| chunks.next());
+            let Some(chunk) = next else { return tracer.shading.tally };
+            chunk.iter_mut().for_each(|pixel| tracer.add(pixel, first, count));
+        }
+    };
+    let mut tally = Tally::default();
+    thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        tally.add(&work());
+        for other in others {
+            match other.join() {
+                Ok(part) => tally.add(&part),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+    });
+    tally
+}
+
+impl Pixel {
+    /// Without a sample yet.
+    pub fn new(packed: u32, depth: f32, surface: [u32; 4]) -> Pixel {
+        let zero = Vec3A::ZERO;
+        Pixel { packed, depth, surface, sum: zero, compensation: zero, squares: zero, nearness: [0.0; 2] }
+    }
+
+    /// Column, row and eye of a packed pixel.
+    pub fn place(packed: u32) -> [u32; 3] {
+        [packed & 0x3fff, packed >> 14 & 0x3fff, packed >> 28]
+    }
+
+    pub fn packed(&self) -> u32 {
+        self.packed
+    }
+
+    pub fn keep(&self) -> KeptPixel {
+        KeptPixel {
+            packed: self.packed,
+            sum: self.sum.to_array(),
+            compensation: self.compensation.to_array(),
+            squares: self.squares.to_array(),
+            nearness: self.nearness,
+        }
+    }
+
+    /// Goes on from the sums of the same pixel.
+    pub fn take_up(&mut self, kept: &KeptPixel) {
+        self.sum = Vec3A::from(kept.sum);
+        self.compensation = Vec3A::from(kept.compensation);
+        self.squares = Vec3A::from(kept.squares);
+        self.nearness = kept.nearness;
+    }
+
+    /// What the pass leaves of n samples: the mean reflection with 1 / how far away the pixel reflects (1/m; 0 the sky, −1
+    /// unknown), and its standard error.
+    pub fn result(&self, n: u32) -> (Vec4, Vec3A) {
+        let n = n as f32;
+        let mean = self.sum / n;
+        let variance = (self.squares / n - mean * mean).max(Vec3A::ZERO) * (n / (n - 1.0).max(1.0));
+        let [near, weight] = self.nearness;
+        let nearness = if weight > 0.0 { near / weight } else { -1.0 };
+        let error = variance / n;
+        (mean.extend(nearness), Vec3A::new(error.x.sqrt(), error.y.sqrt(), error.z.sqrt()))
+    }
+}
+
+impl KeptPixel {
+    pub fn packed(&self) -> u32 {
+        self.packed
+    }
+}
+
+/// What a thread holds.
+struct Tracer<'a> {
+    shading: Shading<'a>,
+    /// Of the pixel at hand, one a light.
+    light_draws: Vec<Sequence>,
+}
+
+impl Tracer<'_> {
+    fn add(&mut self, pixel: &mut Pixel, first: u32, count: u32) {
+        let Inputs { world, frame, .. } = *self.shading.inputs;
+        let [x, y, eye] = Pixel::place(pixel.packed);
+        let view = View::of(frame, eye);
+        let surface = Surface::unpack(pixel.surface);
+        let position = view.position([x as f32 + 0.5, y as f32 + 0.5], pixel.depth);
+        let v = (view.eye - position).normalize();
+        let origin = view.ray_origin(position, surface.face_normal, pixel.depth);
+        let reflector = Reflector::new(surface, v, frame.delta_roughness);
+        let (seed, token) = (combine(frame.seed, frame.frame), frame.eyes[eye as usize].stream[0]);
+        let directions = Sequence::new(seed, token, [x, y]);
+        self.light_draws.clear();
+        let lights = if self.shading.inputs.shadows { world.lights.len() as u32 } else { 0 };
+        let draws = |i| Sequence::of_purpose(seed, DRAW_LIGHT + i, token, [x, y]);
+        self.light_draws.extend((0..lights).map(draws));
+        for index in first..first + count {
+            let x = match reflector.ray(directions.sample(index)) {
+                None => {
+                    self.shading.tally.below_horizon += 1;
+                    Vec3A::ZERO
+                }
+                Some(ray) => {
+                    let weight = luminance(ray.weight);
+                    pixel.nearness[1] += weight;
+                    let (radiance, distance) = self.radiance(origin, ray.direction, index);
+                    if let Some(distance) = distance {
+                        pixel.nearness[0] += weight / distance.max(1e-6);
+                    }
+                    ray.weight * radiance
+                }
+            };
+            // Kahan 1965.
+            let y = x - pixel.compensation;
+            let t = pixel.sum + y;
+            pixel.compensation = (t - pixel.sum) - y;
+            pixel.sum = t;
+            pixel.squares += x * x;
+        }
+    }
+
+    /// What a ray sees, and how far away it is; `None`: the sky.
+    fn radiance(&mut self, origin: Vec3A, direction: Vec3A, index: u32) -> (Vec3A, Option<f32>) {
+        let world = self.shading.inputs.world;
+        let uncut = |triangle, uv| world.uncut(triangle, uv);
+        let Some(hit) = world.tree.nearest(origin, direction, &mut self.shading.stack, uncut) else {
+            self.shading.tally.sky += 1;
+            return (world.content.environment.radiance(direction), None);
+        };
+        self.shading.tally.hits += 1;
+        let (surface, emission) = world.hit_surface(&hit, -direction);
+        let at = (origin + direction * hit.t, -direction);
+        let draws = Draws { lights: &self.light_draws, index };
+        let radiance = self.shading.shade_hit((&surface, emission), &hit, at, &draws);
+        let tally = &mut self.shading.tally;
+        tally.nan += u64::from(radiance.is_nan());
+        tally.clamped += u64::from(radiance.cmpge(MOST_HALF).any());
+        // What screen space could have seen: no more than fp16 holds.
+        (radiance.min(MOST_HALF), Some(hit.t))
+    }
+}
+
+/// Twin of `shaders/common/camera.glsl`: an eye's pixels in render space.
+struct View {
+    eye: Vec3A,
+    first: Vec3A,
+    across: Vec3A,
+    down: Vec3A,
+    near: f32,
+    view_from_render: Mat3A,
+}
+
+impl View {
+    fn of(frame: &FrameUniform, eye: u32) -> View {
+        let EyeUniform { view_from_render: m, ray_first, ray_across, ray_down, position_near, .. } =
+            &frame.eyes[eye as usize];
+        let xyz = |v: &[f32; 4]| Vec3A::new(v[0], v[1], v[2]);
+        View {
+            eye: xyz(position_near),
+            first: xyz(ray_first),
+            across: xyz(ray_across),
+            down: xyz(ray_down),
+            near: position_near[3],
+            view_from_render: Mat3A::from_cols(
+                Vec3A::new(m[0], m[1], m[2]),
+                Vec3A::new(m[4], m[5], m[6]),
+                Vec3A::new(m[8], m[9], m[10]),
+            ),
+        }
+    }
+
+    /// Of a pixel's place and raw depth.
+    fn position(&self, [x, y]: [f32; 2], depth: f32) -> Vec3A {
+        self.eye + (self.first + self.across * x + self.down * y) * (self.near / depth)
+    }
+
+    /// Where a reflection ray starts: off the plane by what half a pixel of it can rise above its centre's depth.
+    fn ray_origin(&self, position: Vec3A, face_normal: Vec3A, depth: f32) -> Vec3A {
+        let n = self.view_from_render * face_normal;
+        let pixel_size = self.across.length().max(self.down.length());
+        let rise = pixel_size * (0.5 * (n.x.abs() + n.y.abs()) + 0.05);
+        position + face_normal * ((self.near / depth) * rise)
+    }
+}

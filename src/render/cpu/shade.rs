@@ -1,0 +1,172 @@
+//! Twin of `shaders/common/shade.glsl`, `shade_hit.glsl` and `shadow.glsl`: light that leaves what a ray of the geometry
+//! hit, and which share of each light reaches it.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3A};
+
+use super::super::shared::{FrameUniform, MASKED, TRANSMITS};
+use super::baked::baked_light;
+use super::environment::bilinear;
+use super::lights::{Kind, Light};
+use super::math::{Basis, FAR, reflect};
+use super::path_trace::{Inputs, Tally};
+use super::random::Sequence;
+use super::surface::Surface;
+use super::tree::{Intersection, Stack};
+
+/// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
+/// put a point below its triangle.
+const SHADOW_OFFSET: f32 = 2e-4;
+
+/// A and B of the specular lobe's albedo F0·A + B, as `brdf_table.comp` integrated them on the device.
+pub struct BrdfTable {
+    pub side: i32,
+    /// x: A, y: B.
+    pub texels: Vec<Vec3A>,
+}
+
+impl BrdfTable {
+    fn specular_albedo(&self, f0: Vec3A, nv: f32, roughness: f32) -> Vec3A {
+        let side = self.side as f32;
+        let uv = (Vec2::new(nv.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0)) * (side - 1.0) + 0.5) / side;
+        let ab = bilinear(uv, [self.side; 2], |i, j| {
+            let inside = |k: i32| k.clamp(0, self.side - 1);
+            self.texels[(inside(j) * self.side + inside(i)) as usize]
+        });
+        f0 * ab.x + Vec3A::splat(ab.y)
+    }
+}
+
+/// From the unit square to the unit disc (Shirley & Chiu 1997), neighbours to neighbours.
+fn on_disc(u: [f32; 2]) -> Vec2 {
+    let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return Vec2::ZERO;
+    }
+    let wide = x.abs() > y.abs();
+    let r = if wide { x } else { y };
+    let phi = if wide { 0.25 * PI * y / x } else { 0.5 * PI - 0.25 * PI * x / y };
+    let (sin, cos) = phi.sin_cos();
+    Vec2::new(cos, sin) * r
+}
+
+/// The sample that a hit belongs to.
+pub struct Draws<'a> {
+    /// Points of the lights that have a size; those of others are not drawn.
+    pub lights: &'a [Sequence],
+    pub index: u32,
+}
+
+/// What a thread needs besides the scene.
+pub struct Shading<'a> {
+    pub inputs: &'a Inputs<'a>,
+    pub stack: Stack,
+    pub tally: Tally,
+}
+
+impl Shading<'_> {
+    /// Emission, punctual lights in their shadows, baked light or the diffuse environment, and the specular environment only
+    /// where no ray is traced.
+    pub fn shade_hit(
+        &mut self,
+        (s, emission): (&Surface, Vec3A),
+        hit: &Intersection,
+        (position, v): (Vec3A, Vec3A),
+        draws: &Draws<'_>,
+    ) -> Vec3A {
+        let inputs = self.inputs;
+        let mut sum = self.without_lights((s, emission), hit, v);
+        for (i, light) in inputs.world.lights.iter().enumerate() {
+            let mut arrives = light.on(s, position, v);
+            if arrives == Vec3A::ZERO {
+                continue;
+            }
+            if inputs.shadows && light.casts_shadow {
+                arrives *=
+                    self.light_share(light, position, s.face_normal, || on_disc(draws.lights[i].sample(draws.index)));
+            }
+            sum += arrives;
+        }
+        sum
+    }
+
+    /// `shade_without_lights`, or `shade_without_lights_in` where there is baked light.
+    fn without_lights(&self, (s, emission): (&Surface, Vec3A), hit: &Intersection, v: Vec3A) -> Vec3A {
+        let Inputs { world, table, gathered, frame, .. } = self.inputs;
+        let FrameUniform { ray_roughness_limit, .. } = **frame;
+        let specular = table.specular_albedo(s.f0, s.normal.dot(v).max(1e-4), s.roughness);
+        let mut diffuse = s.albedo * (Vec3A::ONE - specular);
+        let too_rough = s.roughness > ray_roughness_limit;
+        if let Some(gathered) = gathered {
+            let back = world.sees_back(hit.triangle, -v);
+            if too_rough {
+                diffuse += specular;
+            }
+            return emission + diffuse * baked_light(gathered, world, hit.triangle, hit.uv, back);
+        }
+        let environment = &world.content.environment;
+        let mut sum = emission + diffuse * environment.irradiance(s.normal);
+        if too_rough {
+            sum += specular * environment.specular(reflect(-v, s.normal), s.roughness);
+        }
+        sum
+    }
+
+    /// Which share of a light that casts shadows reaches a point; `disc`: which point of the light, on the unit disc.
+    fn light_share(
+        &mut self,
+        light: &Light,
+        position: Vec3A,
+        face_normal: Vec3A,
+        disc: impl FnOnce() -> Vec2,
+    ) -> Vec3A {
+        let origin = position + face_normal * (SHADOW_OFFSET * position.length());
+        let across = |toward: Vec3A, size: f32, disc: Vec2| {
+            let basis = Basis::about(toward);
+            basis.x * (size * disc.x) + basis.y * (size * disc.y)
+        };
+        let mut toward;
+        // The matter that a light stands on does not hide it.
+        let mut t_max = 1.0 - 1e-4;
+        match light.kind {
+            Kind::Directional(direction) => {
+                toward = -direction;
+                if light.size > 0.0 {
+                    toward += across(toward, light.size, disc());
+                }
+                t_max = FAR;
+            }
+            Kind::At { position, .. } => {
+                toward = position - origin;
+                let d = toward.length();
+                // A point within the light sees it as a disc half as far away as its centre.
+                if light.size > 0.0 && d > 0.0 {
+                    toward += across(toward / d, light.size.min(0.5 * d), disc());
+                }
+            }
+        }
+        if toward.dot(face_normal) <= 0.0 {
+            return Vec3A::ZERO;
+        }
+        self.transmittance(origin, toward, t_max)
+    }
+
+    fn transmittance(&mut self, origin: Vec3A, direction: Vec3A, t_max: f32) -> Vec3A {
+        self.tally.light_rays += 1;
+        let world = self.inputs.world;
+        let mut share = Vec3A::ONE;
+        world.tree.every(origin, direction, t_max, &mut self.stack, |triangle, uv, flags| {
+            if flags & MASKED != 0 && !world.uncut(triangle, uv) {
+                return true;
+            }
+            if flags & TRANSMITS == 0 {
+                share = Vec3A::ZERO;
+                return false;
+            }
+            share *= world.let_through(triangle, uv);
+            true
+        });
+        share
+    }
+}
