@@ -83,7 +83,10 @@ fn agree(gpu: &Rc<Gpu>, name: &str, scene: &Arc<Scene>, spp: u32, settings: &Set
 
 /// A built-in scene with few triangles.
 fn coarse(name: &str) -> Arc<Scene> {
-    Arc::new(scene::load_with_detail(name, Some(0.03)).expect("a built-in scene"))
+    Arc::new(
+        scene::load_with(name, scene::Loading { detail: Some(0.03), ..scene::Loading::default() })
+            .expect("a built-in scene"),
+    )
 }
 
 #[test]
