@@ -13,6 +13,8 @@ use crate::render::cpu::{KeptPixel, Sums};
 
 use super::CompareError;
 
+/// The most bytes of a file: 48 for each pixel of both eyes of the largest picture.
+const MOST_KEPT: u64 = 32 << 30;
 /// Changes with the layout of the files.
 const VERSION: u32 = 1;
 
@@ -42,7 +44,7 @@ impl Trail {
     /// Of the reference that `key` names, `number` its seed's.
     pub fn open(cache: &Path, key: &str, number: usize) -> Trail {
         let file = cache.join("paths").join(format!("{key}-{number}.paths"));
-        let so_far = std::fs::read(&file).ok().and_then(|bytes| SoFar::decode(&bytes));
+        let so_far = files::read(&file, MOST_KEPT).ok().and_then(|bytes| SoFar::decode(&bytes));
         Trail { file, so_far }
     }
 
