@@ -187,6 +187,47 @@ fn cut_outs_glass_textures_and_every_kind_of_light_look_alike() {
     agree(&gpu(), "everything", &Arc::new(everything()), 16, &settings(64, 40));
 }
 
+/// Percent of the pixels whose shadows, light included, differ by more than rounding.
+fn shadows_apart(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> f64 {
+    let by = |trace: Trace| pictures::render(gpu, scene, "sssr", &Settings { trace, ..settings.clone() });
+    let (device, cpu) = (by(Trace::Bvh), by(Trace::Cpu));
+    assert_eq!((device.way, cpu.way), (Some("bvh"), Some("cpu")));
+    let mean = values(&device.linear).map(f64::from).sum::<f64>() / values(&device.linear).count() as f64;
+    let floor = (0.01 * mean) as f32;
+    let pairs = device.linear.eyes.iter().flatten().zip(cpu.linear.eyes.iter().flatten());
+    let differs = |(a, b): &(&[f32; 3], &[f32; 3])| {
+        a.iter().zip(*b).any(|(a, b)| (a - b).abs() > ROUNDING * a.max(*b).max(floor))
+    };
+    let (mut apart, mut of) = (0, 0);
+    pairs.for_each(|pair| {
+        of += 1;
+        apart += usize::from(differs(&pair));
+    });
+    100.0 * f64::from(apart as u32) / f64::from(of)
+}
+
+#[test]
+fn shadows_of_the_views_look_alike() {
+    let gpu = gpu();
+    let size = settings(96, 60);
+    let fine = Settings { antialias: 2, ..size.clone() };
+    let mut dark = everything();
+    dark.lights.iter_mut().for_each(|light| light.casts_shadow = false);
+    for (name, scene, settings) in [
+        ("everything", Arc::new(everything()), &size),
+        ("everything, 2×2", Arc::new(everything()), &fine),
+        ("room", coarse("room"), &size),
+        ("temple", coarse("temple"), &size),
+    ] {
+        let apart = shadows_apart(&gpu, &scene, settings);
+        println!("{name}: {apart:.3} % of the pixels differ");
+        assert!(apart <= 100.0 * APART, "{name}: {apart} %");
+    }
+    // Without a light that casts a shadow nothing is traced, by nobody.
+    let dark = pictures::render(&gpu, &Arc::new(dark), "sssr", &Settings { trace: Trace::Cpu, ..size });
+    assert!(dark.passes.iter().all(|pass| pass.name != "shadows"), "{:?}", dark.passes);
+}
+
 /// A box with a glossy floor and a lamp in it: little to gather light on.
 fn cabinet() -> Scene {
     let chalk = |color: Vec3| Material { metallic: 0.0, base_color: color.extend(1.0), ..material(1.0) };

@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 use crate::scene::{Eye, Scene, StereoCamera};
 
 use super::method::Answer;
+use super::needs::Needs;
 use super::{Method, Settings, cpu, shaders};
 
 /// SHA-256 (hex) over scene bytes, shaders, method and samples, both eyes' cameras, settings, renderer version and kind
@@ -43,6 +44,10 @@ pub fn identity(
     // Rounding differs from the device's; and no digest of shaders tells of a change.
     if cpu::traces(method, settings.trace, device_kind) {
         identity["paths_by"] = format!("cpu {}", cpu::VERSION).into();
+    }
+    let needs = || Needs::of(scene, method, settings);
+    if cpu::serves(settings.trace, device_kind) && needs().with_shadows_on_the_cpu().cpu_shadows {
+        identity["shadows_by"] = format!("cpu {}", cpu::VERSION).into();
     }
     let digest = Sha256::digest(serde_json::to_vec(&identity)?);
     Ok(digest.iter().map(|b| format!("{b:02x}")).collect())

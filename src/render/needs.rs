@@ -51,6 +51,8 @@ pub struct Needs {
     pub path_trace: bool,
     /// The processor traces them, and the device has no part in it.
     pub cpu_paths: bool,
+    /// The shadows of the views are traced by the processor.
+    pub cpu_shadows: bool,
     /// Rays that the views lose ask the scene's geometry.
     pub geometry: bool,
     /// The filter keeps the variance of what it finds.
@@ -200,6 +202,7 @@ impl Needs {
             probe,
             path_trace: !screen && rays,
             cpu_paths: false,
+            cpu_shadows: false,
             geometry: geometry && rays,
             moments: moments && rays,
             pairs: (method.reprojection.is_some() || accumulation.is_some()) && rays,
@@ -216,6 +219,17 @@ impl Needs {
         self.cpu_paths = self.path_trace && !self.resolve;
         if self.cpu_paths
             && let Some(part) = self.parts.iter_mut().find(|p| p.name == "path_trace")
+        {
+            part.why.push_str(", traced by the processor");
+        }
+        self
+    }
+
+    /// The same with the shadows of the views traced by the processor, if rays find any.
+    pub fn with_shadows_on_the_cpu(mut self) -> Needs {
+        self.cpu_shadows = self.shadow_rays() && !self.shading_reuse;
+        if self.cpu_shadows
+            && let Some(part) = self.parts.iter_mut().find(|p| p.name == "shadows")
         {
             part.why.push_str(", traced by the processor");
         }
@@ -243,6 +257,11 @@ impl Needs {
     /// Shadows on the views ask the geometry.
     pub fn shadow_rays(&self) -> bool {
         self.shadows && !self.shadow_maps
+    }
+
+    /// And the device traces them.
+    pub fn device_shadow_rays(&self) -> bool {
+        self.shadow_rays() && !self.cpu_shadows
     }
 
     /// What lights put on each pixel has an image of its own.

@@ -197,6 +197,10 @@ impl Renderer {
             true => needs.with_paths_on_the_cpu(),
             false => needs,
         };
+        let needs = match cpu::serves(settings.trace, self.gpu.info().kind) {
+            true => needs.with_shadows_on_the_cpu(),
+            false => needs,
+        };
         let framing = Framing::of(method, settings);
         let (eyes, drawn) = (framing.camera(camera), framing.settings(settings));
         if drawn.width.max(drawn.height) > MOST_PIXELS / settings.antialias.max(1) {
@@ -209,7 +213,7 @@ impl Renderer {
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
         let asks_geometry = needs.path_trace && !needs.cpu_paths
-            || needs.shadow_rays()
+            || needs.device_shadow_rays()
             || needs.indirect
             || needs.ao == Ao::RayTraced
             || needs.probe && !probe_fits;

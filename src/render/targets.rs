@@ -185,13 +185,14 @@ impl Targets {
                 },
             }),
         };
+        // What the processor writes.
+        let written = |what: &str| {
+            let desc = ImageDesc::stereo(w, h, rgba32);
+            Image::new(gpu, what, ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
+        };
         let path_traced = match needs.path_trace && !needs.resolve {
             false => None,
             true if needs.cpu_paths => {
-                let written = |what: &str| {
-                    let desc = ImageDesc::stereo(w, h, rgba32);
-                    Image::new(gpu, what, ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
-                };
                 Some(PathTraced { sums: None, reflection: written("path mean")?, error: written("path error")? })
             }
             true => Some(PathTraced {
@@ -209,7 +210,11 @@ impl Targets {
             ao: (!settings.ao.is_off()).then(|| AoImages::new(gpu, settings.ao.method, (w, h))).transpose()?,
             radiance: stereo("radiance", rgba16)?,
             indirect: needs.indirect.then(|| stereo("indirect light", rgba16)).transpose()?,
-            direct: needs.direct().then(|| stereo("direct light", rgba32)).transpose()?,
+            direct: match needs.direct() {
+                false => None,
+                true if needs.cpu_shadows => Some(written("direct light")?),
+                true => Some(stereo("direct light", rgba32)?),
+            },
             shared: needs.shading_reuse.then(|| Shared::new(gpu, needs, (w, h))).transpose()?,
             guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,

@@ -1,4 +1,5 @@
-//! The reference's paths traced by the processor: another executor of the pass `path_trace`, for devices in software.
+//! The reference's paths, and the shadows of the views, traced by the processor: other executors of the passes `path_trace`
+//! and `shadows`, for devices in software.
 //!
 //! The device draws the G-buffer and lists the pixels that reflect; both are read back, all cores trace the paths, and the
 //! mean and its standard error are written into the images that the shader would have written. One file stands for one
@@ -11,10 +12,12 @@ mod environment;
 mod hit_surface;
 mod lights;
 mod math;
+mod parallel;
 mod pass;
 mod path_trace;
 mod random;
 mod shade;
+mod shadows;
 mod surface;
 mod texture;
 mod tree;
@@ -22,6 +25,7 @@ mod world;
 
 pub(super) use pass::{CpuPathTrace, Paths};
 pub use path_trace::{KeptPixel, Sums};
+pub(super) use shadows::CpuShadows;
 pub(super) use world::{Content, World};
 
 use super::method::{Answer, Method};
@@ -34,10 +38,14 @@ pub const VERSION: u32 = 1;
 pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
     let parts = method.parts();
     let is_reference = parts.answer == Answer::PathTraced && !parts.resolved;
-    is_reference
-        && match trace {
-            Trace::Auto => device_kind == "cpu",
-            Trace::Cpu => true,
-            Trace::Bvh | Trace::RayQuery => false,
-        }
+    is_reference && serves(trace, device_kind)
+}
+
+/// Whether the processor traces what it can, on a device of this kind.
+pub fn serves(trace: Trace, device_kind: &str) -> bool {
+    match trace {
+        Trace::Auto => device_kind == "cpu",
+        Trace::Cpu => true,
+        Trace::Bvh | Trace::RayQuery => false,
+    }
 }

@@ -1,9 +1,6 @@
 //! Twin of `shaders/path_trace.comp`: adds samples to the listed pixels, on all cores. A pixel belongs to one thread at a
 //! time and asks nothing of its neighbours, so that the sums do not depend on how many there are.
 
-use std::sync::Mutex;
-use std::thread;
-
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3A, Vec3A, Vec4};
 
@@ -11,8 +8,9 @@ use super::super::baked::Gathered;
 use super::super::shared::{Counts, EyeUniform, FrameUniform};
 use super::brdf::Reflector;
 use super::math::{MOST_HALF, luminance};
+use super::parallel::on_all_cores;
 use super::random::{DRAW_LIGHT, Sequence, combine};
-use super::shade::{BrdfTable, Draws, Shading};
+use super::shade::{BrdfTable, Draws, LightWalk, Shading};
 use super::surface::Surface;
 use super::tree::Stack;
 use super::world::World;
@@ -99,29 +97,19 @@ impl Tally {
 
 /// Adds samples `first .. first + count` to every pixel.
 pub fn add_samples(inputs: &Inputs<'_>, pixels: &mut [Pixel], (first, count): (u32, u32)) -> Tally {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let chunks = Mutex::new(pixels.chunks_mut(AT_A_TIME));
-    let work = || {
-        let shading = Shading { inputs, stack: Stack::new(), tally: Tally::default() };
-        let mut tracer = Tracer { shading, light_draws: Vec::new() };
-        loop {
-            // Poisoned only by a panic of another thread, which the scope raises again.
-            let next = chunks.lock().ok().and_then(|mut chunks| chunks.next());
-            let Some(chunk) = next else { return tracer.shading.tally };
-            chunk.iter_mut().for_each(|pixel| tracer.add(pixel, first, count));
-        }
+    let start = || {
+        let walk = LightWalk::new(inputs.world);
+        let shading = Shading { inputs, stack: Stack::new(), walk, tally: Tally::default() };
+        Tracer { shading, light_draws: Vec::new() }
+    };
+    let each = |tracer: &mut Tracer<'_>, chunk: &mut [Pixel]| {
+        chunk.iter_mut().for_each(|pixel| tracer.add(pixel, first, count));
     };
     let mut tally = Tally::default();
-    thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        tally.add(&work());
-        for other in others {
-            match other.join() {
-                Ok(part) => tally.add(&part),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-    });
+    for tracer in on_all_cores(pixels.chunks_mut(AT_A_TIME), start, each) {
+        tally.add(&tracer.shading.tally);
+        tally.light_rays += tracer.shading.walk.rays;
+    }
     tally
 }
 
@@ -248,7 +236,7 @@ impl Tracer<'_> {
 }
 
 /// Twin of `shaders/common/camera.glsl`: an eye's pixels in render space.
-struct View {
+pub struct View {
     eye: Vec3A,
     first: Vec3A,
     across: Vec3A,
@@ -258,7 +246,7 @@ struct View {
 }
 
 impl View {
-    fn of(frame: &FrameUniform, eye: u32) -> View {
+    pub fn of(frame: &FrameUniform, eye: u32) -> View {
         let EyeUniform { view_from_render: m, ray_first, ray_across, ray_down, position_near, .. } =
             &frame.eyes[eye as usize];
         let xyz = |v: &[f32; 4]| Vec3A::new(v[0], v[1], v[2]);
@@ -276,8 +264,12 @@ impl View {
         }
     }
 
+    pub fn eye(&self) -> Vec3A {
+        self.eye
+    }
+
     /// Of a pixel's place and raw depth.
-    fn position(&self, [x, y]: [f32; 2], depth: f32) -> Vec3A {
+    pub fn position(&self, [x, y]: [f32; 2], depth: f32) -> Vec3A {
         self.eye + (self.first + self.across * x + self.down * y) * (self.near / depth)
     }
 

@@ -1,6 +1,8 @@
 //! Twin of `shaders/common/random.glsl`: the same numbers, bit by bit. What depends on the pixel and the purpose alone is
 //! hashed once for all samples of a [`Sequence`], and the second Sobol dimension is a table's.
 
+/// Where the rim rays of a penumbra's first question begin.
+pub const DRAW_RIM: u32 = 5;
 /// The point of light i on its disc is drawn for the purpose `DRAW_LIGHT` + i.
 pub const DRAW_LIGHT: u32 = 16;
 
@@ -61,6 +63,12 @@ const fn sobol_second(mut index: u32) -> u32 {
 #[inline]
 fn unit_float(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// `draw_1d`: a number in [0, 1) of a pixel's sample for one purpose.
+pub fn draw_1d(seed: u32, token: u32, pixel: [u32; 2], index: u32, purpose: u32) -> f32 {
+    let h = combine(combine(combine(combine(0, seed), token), pixel[0]), pixel[1]);
+    unit_float(combine(combine(h, purpose), index))
 }
 
 /// The points of a pixel: `sample_2d` for every index.

@@ -14,6 +14,7 @@ use super::path_trace::{Inputs, Tally};
 use super::random::Sequence;
 use super::surface::Surface;
 use super::tree::{Intersection, Stack};
+use super::world::World;
 
 /// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
 /// put a point below its triangle.
@@ -39,7 +40,7 @@ impl BrdfTable {
 }
 
 /// From the unit square to the unit disc (Shirley & Chiu 1997), neighbours to neighbours.
-fn on_disc(u: [f32; 2]) -> Vec2 {
+pub fn on_disc(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {
         return Vec2::ZERO;
@@ -62,6 +63,7 @@ pub struct Draws<'a> {
 pub struct Shading<'a> {
     pub inputs: &'a Inputs<'a>,
     pub stack: Stack,
+    pub walk: LightWalk<'a>,
     pub tally: Tally,
 }
 
@@ -84,7 +86,7 @@ impl Shading<'_> {
             }
             if inputs.shadows && light.casts_shadow {
                 arrives *=
-                    self.light_share(light, position, s.face_normal, || on_disc(draws.lights[i].sample(draws.index)));
+                    self.walk.share(light, position, s.face_normal, || on_disc(draws.lights[i].sample(draws.index)));
             }
             sum += arrives;
         }
@@ -112,15 +114,23 @@ impl Shading<'_> {
         }
         sum
     }
+}
+
+/// A thread's walks from surfaces to lights.
+pub struct LightWalk<'a> {
+    world: &'a World,
+    stack: Stack,
+    /// How many.
+    pub rays: u64,
+}
+
+impl<'a> LightWalk<'a> {
+    pub fn new(world: &'a World) -> LightWalk<'a> {
+        LightWalk { world, stack: Stack::new(), rays: 0 }
+    }
 
     /// Which share of a light that casts shadows reaches a point; `disc`: which point of the light, on the unit disc.
-    fn light_share(
-        &mut self,
-        light: &Light,
-        position: Vec3A,
-        face_normal: Vec3A,
-        disc: impl FnOnce() -> Vec2,
-    ) -> Vec3A {
+    pub fn share(&mut self, light: &Light, position: Vec3A, face_normal: Vec3A, disc: impl FnOnce() -> Vec2) -> Vec3A {
         let origin = position + face_normal * (SHADOW_OFFSET * position.length());
         let across = |toward: Vec3A, size: f32, disc: Vec2| {
             let basis = Basis::about(toward);
@@ -153,8 +163,8 @@ impl Shading<'_> {
     }
 
     fn transmittance(&mut self, origin: Vec3A, direction: Vec3A, t_max: f32) -> Vec3A {
-        self.tally.light_rays += 1;
-        let world = self.inputs.world;
+        self.rays += 1;
+        let world = self.world;
         let mut share = Vec3A::ONE;
         world.tree.every(origin, direction, t_max, &mut self.stack, |triangle, uv, flags| {
             if flags & MASKED != 0 && !world.uncut(triangle, uv) {

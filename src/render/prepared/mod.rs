@@ -24,7 +24,7 @@ use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::Context;
-use super::cpu::{CpuPathTrace, Sums, World};
+use super::cpu::{CpuPathTrace, CpuShadows, Sums, World};
 use super::depth_pyramid::DepthPyramidPass;
 use super::fine::Fine;
 use super::framing::Framing;
@@ -70,7 +70,8 @@ struct Passes {
     accumulate: Option<AccumulatePass>,
     reproject: Option<ReprojectPass>,
     path_trace: Option<PathTracePass>,
-    /// Or the processor's.
+    /// Or the processor's, which also finds the views' shadows.
+    cpu_shadows: Option<CpuShadows>,
     cpu_path_trace: Option<CpuPathTrace>,
     composite: CompositePass,
 }
@@ -95,9 +96,10 @@ impl Passes {
             back_face: needs.back_faces.then(|| BackFacePass::new(gpu, resources)).transpose()?,
             indirect: of_lights.filter(|_| needs.indirect).map(|r| IndirectPass::new(gpu, needs, r)).transpose()?,
             shadows: of_lights
-                .filter(|_| needs.shadow_rays() && !needs.shading_reuse)
+                .filter(|_| needs.device_shadow_rays() && !needs.shading_reuse)
                 .map(|r| ShadowsPass::new(gpu, needs, r, settings.soft_shadow_rays))
                 .transpose()?,
+            cpu_shadows: needs.cpu_shadows.then(|| CpuShadows::new(gpu, settings.soft_shadow_rays)),
             mapped_shadows: needs.shadow_maps.then(|| MappedShadowsPass::new(gpu, needs)).transpose()?,
             lighting: LightingPass::new(gpu, needs)?,
             classify: needs.rays.then(|| ClassifyPass::new(gpu, needs)).transpose()?,
@@ -214,7 +216,7 @@ impl Prepared {
         let history = needs.accumulate.then(|| History::new(&gpu, size, scene.instances.len())).transpose()?;
         let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
         let places = scene.places();
-        let world = needs.cpu_paths.then(|| lazy_rays.world(context.head));
+        let world = (needs.cpu_paths || needs.cpu_shadows).then(|| lazy_rays.world(context.head));
         let passes = Passes::new(&gpu, (&scene, &resources, &context), &needs, (settings, method), rays.as_deref())?;
         let (method, settings, camera) = (method.clone(), settings.clone(), *camera);
         Ok(Prepared {
@@ -251,9 +253,9 @@ impl Prepared {
     }
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`, and `cpu` where the processor traces the
-    /// reference's; `None` where no ray asks it.
+    /// reference's or those of the views' shadows; `None` where no ray asks it.
     pub fn way(&self) -> Option<&'static str> {
-        if self.needs.cpu_paths {
+        if self.needs.cpu_paths || self.needs.cpu_shadows {
             return Some("cpu");
         }
         let asked = self.rays.as_deref().filter(|_| {

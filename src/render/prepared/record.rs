@@ -45,7 +45,7 @@ impl Prepared {
             pass.record(&mut frame, scene, resources, context, &targets.gbuffer, back)?;
         }
         if lights {
-            self.record_lights(&mut frame, context, targets, 1)?;
+            frame = self.record_lights(frame, (context, targets), 1, (&mut times, &mut counts))?;
         }
         frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
         let visibility = targets.ao.as_ref().map(|ao| &ao.visibility);
@@ -53,7 +53,8 @@ impl Prepared {
         if let Some(fine) = &self.fine {
             passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
             if lights {
-                self.record_lights(&mut frame, &fine.context, &fine.targets, self.settings.antialias)?;
+                let of = (&fine.context, &fine.targets);
+                frame = self.record_lights(frame, of, self.settings.antialias, (&mut times, &mut counts))?;
             }
             passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
         }
@@ -180,26 +181,31 @@ impl Prepared {
     /// What lights and baked light put on the view.
     fn record_lights(
         &self,
-        frame: &mut Frame,
-        context: &Context,
-        targets: &Targets,
+        mut frame: Frame,
+        (context, targets): (&Context, &Targets),
         finer: u32,
-    ) -> Result<(), GpuError> {
+        (times, counts): (&mut Vec<PassTime>, &mut Counts),
+    ) -> Result<Frame, GpuError> {
         let Prepared { resources, passes, .. } = self;
+        if let (Some(pass), Some(world), Some(direct)) = (&passes.cpu_shadows, &self.world, &targets.direct) {
+            times.extend(frame.finish()?);
+            times.push(pass.run(world, context, (&targets.gbuffer, direct), finer)?);
+            frame = self.next_submission(counts)?;
+        }
         if let (Some(pass), Some(maps), Some(direct)) = (&passes.mapped_shadows, &self.shadow_maps, &targets.direct) {
-            pass.record(frame, maps, context, (targets, direct))?;
+            pass.record(&mut frame, maps, context, (targets, direct))?;
         }
         if let Some(pass) = &passes.shading_reuse {
-            pass.record(frame, (resources, self.rays.as_deref()), context, targets, finer)?;
+            pass.record(&mut frame, (resources, self.rays.as_deref()), context, targets, finer)?;
         }
-        let Some(rays) = &self.rays else { return Ok(()) };
+        let Some(rays) = &self.rays else { return Ok(frame) };
         if let (Some(pass), Some(direct)) = (&passes.shadows, &targets.direct) {
-            pass.record(frame, resources, rays, context, (targets, direct), finer)?;
+            pass.record(&mut frame, resources, rays, context, (targets, direct), finer)?;
         }
         if let (Some(pass), Some(indirect)) = (&passes.indirect, &targets.indirect) {
-            pass.record(frame, resources, rays, context, (targets, indirect))?;
+            pass.record(&mut frame, resources, rays, context, (targets, indirect))?;
         }
-        Ok(())
+        Ok(frame)
     }
 
     /// Adds the passes of ambient occlusion, if the frame has any; those of its rays are submitted a part at a time.

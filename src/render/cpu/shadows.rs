@@ -1,0 +1,136 @@
+//! Twin of `shaders/shadows.comp`: what the punctual lights put on each pixel of the views, in the shadows of all matter.
+
+use std::f32::consts::TAU;
+use std::rc::Rc;
+use std::time::Instant;
+
+use glam::{Vec2, Vec3A};
+
+use crate::gpu::{Gpu, GpuError, Image, PassTime};
+
+use super::super::context::{Context, read_image};
+use super::super::shadows::rays_a_light;
+use super::super::shared::FrameUniform;
+use super::super::targets::GBuffer;
+use super::lights::Light;
+use super::parallel::on_all_cores;
+use super::path_trace::View;
+use super::random::{DRAW_LIGHT, DRAW_RIM, Sequence, draw_1d};
+use super::shade::{LightWalk, on_disc};
+use super::surface::Surface;
+use super::world::World;
+
+/// Shares of a light's disc that differ by less are alike: what goes through glass is rounded in the order in which the
+/// ray met it.
+const ALIKE: f32 = 1e-3;
+
+/// Stands in for [`super::super::shadows::ShadowsPass`].
+pub struct CpuShadows {
+    gpu: Rc<Gpu>,
+    soft_rays: u32,
+}
+
+impl CpuShadows {
+    /// `soft_rays`: rays to a light that has a size, a pixel.
+    pub fn new(gpu: &Rc<Gpu>, soft_rays: u32) -> CpuShadows {
+        CpuShadows { gpu: Rc::clone(gpu), soft_rays }
+    }
+
+    /// Reads back what the device has drawn, which has been waited for, and writes `direct`. `finer` samples along a side of
+    /// a pixel share the pixel's rays among them.
+    ///
+    /// # Errors
+    /// What the device said.
+    pub fn run(
+        &self,
+        world: &World,
+        context: &Context,
+        (gbuffer, direct): (&GBuffer, &Image),
+        finer: u32,
+    ) -> Result<PassTime, GpuError> {
+        let started = Instant::now();
+        let depth = read_image(&self.gpu, &gbuffer.depth)?;
+        let surface = read_image(&self.gpu, &gbuffer.surface)?;
+        let (width, height) = gbuffer.depth.extent();
+        let frame = context.uniform();
+        let rays = rays_a_light(self.soft_rays, finer);
+        let mut texels = vec![[0.0f32, 0.0, 0.0, 1.0]; 2 * width as usize * height as usize];
+        on_all_cores(
+            texels.chunks_mut(width.max(1) as usize).enumerate(),
+            || Lit { world, frame: &frame, rays, walk: LightWalk::new(world) },
+            |lit, (row, texels)| {
+                let (eye, y) = (row as u32 / height, row as u32 % height);
+                let view = View::of(&frame, eye);
+                for (x, texel) in (0u32..).zip(texels) {
+                    let i = row * width as usize + x as usize;
+                    let depth: f32 = bytemuck::pod_read_unaligned(&depth[4 * i..4 * i + 4]);
+                    if depth != 0.0 {
+                        let packed = bytemuck::pod_read_unaligned(&surface[16 * i..16 * i + 16]);
+                        let light = lit.pixel(&view, Surface::unpack(packed), depth, [x, y, eye]);
+                        texel[..3].copy_from_slice(&light.to_array());
+                    }
+                }
+            },
+        );
+        direct.write_layers(bytemuck::cast_slice(&texels))?;
+        Ok(PassTime { name: "shadows".to_owned(), ms: started.elapsed().as_secs_f64() * 1e3 })
+    }
+}
+
+/// What a thread holds.
+struct Lit<'a> {
+    world: &'a World,
+    frame: &'a FrameUniform,
+    /// Of the first question, and in a penumbra.
+    rays: (u32, u32),
+    walk: LightWalk<'a>,
+}
+
+impl Lit<'_> {
+    fn pixel(&mut self, view: &View, surface: Surface, depth: f32, [x, y, eye]: [u32; 3]) -> Vec3A {
+        let position = view.position([x as f32 + 0.5, y as f32 + 0.5], depth);
+        let v = (view.eye() - position).normalize();
+        let mut direct = Vec3A::ZERO;
+        for (i, light) in (0u32..self.frame.light_count).zip(&self.world.lights) {
+            let arrives = light.on(&surface, position, v);
+            if arrives != Vec3A::ZERO {
+                direct += arrives * self.mean_share(i, light, position, surface.face_normal, [x, y, eye]);
+            }
+        }
+        direct
+    }
+
+    /// Whether all that stands on the rim of the light's disc is alike is asked first: where it is, the light is whole or
+    /// hidden, because an edge across the disc that none of six rays finds hides at most 3 % of it.
+    fn mean_share(
+        &mut self,
+        i: u32,
+        light: &Light,
+        position: Vec3A,
+        face_normal: Vec3A,
+        [x, y, eye]: [u32; 3],
+    ) -> Vec3A {
+        if !light.casts_shadow {
+            return Vec3A::ONE;
+        }
+        let mut share = |disc: Vec2| self.walk.share(light, position, face_normal, || disc);
+        if light.size == 0.0 {
+            return share(Vec2::ZERO);
+        }
+        let (rim_rays, soft_rays) = self.rays;
+        let turn = draw_1d(0, eye, [x, y], i, DRAW_RIM);
+        let (mut low, mut high) = (Vec3A::ONE, Vec3A::ZERO);
+        for k in 0..rim_rays {
+            let (sin, cos) = (TAU * (k as f32 + turn) / rim_rays as f32).sin_cos();
+            let found = share(Vec2::new(cos, sin));
+            (low, high) = (low.min(found), high.max(found));
+        }
+        if (high - low).max_element() < ALIKE {
+            return low;
+        }
+        // The random numbers do not depend on the seed: a view's shadows are one pattern, as its geometry is.
+        let points = Sequence::of_purpose(0, DRAW_LIGHT + i, eye, [x, y]);
+        let sum: Vec3A = (0..soft_rays).map(|k| share(on_disc(points.sample(k)))).sum();
+        sum / soft_rays as f32
+    }
+}
