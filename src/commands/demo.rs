@@ -50,8 +50,6 @@ struct Setting {
     width_px: u32,
     height_px: u32,
     reference_samples: u32,
-    /// Rays to the lights take a software device longer than everything else together.
-    shadows: bool,
 }
 
 /// See [`Args`].
@@ -63,20 +61,19 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let sessions = fresh_sessions(out)?;
     let mut renderer = GpuStimuli::new(args.device.as_deref())?;
     let setting = match renderer.gpu().is_cpu() {
-        true => Setting { width_px: 480, height_px: 270, reference_samples: 32, shadows: false },
-        false => Setting { width_px: 960, height_px: 540, reference_samples: 256, shadows: true },
+        true => Setting { width_px: 480, height_px: 270, reference_samples: 32 },
+        false => Setting { width_px: 960, height_px: 540, reference_samples: 256 },
     };
     let setting = match args.size {
         Some(size) => Setting { width_px: size.width, height_px: size.height, ..setting },
         None => setting,
     };
     console.note(format!(
-        "device: {}; pictures of {}x{} per eye, {} paths a pixel in the reference{} (a study uses 1920x1080, 1024 and shadows)",
+        "device: {}; pictures of {}x{} per eye, {} paths a pixel in the reference (a study uses 1920x1080 and 1024)",
         renderer.gpu().info().name,
         setting.width_px,
         setting.height_px,
-        setting.reference_samples,
-        if setting.shadows { "" } else { ", no shadows" }
+        setting.reference_samples
     ));
     let store = Store::new(out.join("store"));
     let mut ran = Vec::new();
@@ -133,7 +130,6 @@ fn small(out: &Path, name: &str, text: &str, setting: &Setting, observers: u32) 
     let stimuli = &mut study["stimuli"];
     stimuli["width_px"] = setting.width_px.into();
     stimuli["height_px"] = setting.height_px.into();
-    stimuli["shadows"] = setting.shadows.into();
     stimuli["samples"]["path-traced"] = setting.reference_samples.into();
     study["participants"] = observers.into();
     let folder = out.join("studies");
