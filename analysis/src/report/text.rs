@@ -308,8 +308,12 @@ pub fn winners(p: &Preference) -> String {
     for c in &p.conditions {
         let level = |name: &str| c.factors.iter().find(|f| f.0 == name).map_or("?", |f| f.1.as_str());
         let (method, other) = (level("method"), level("other"));
-        let among: Vec<&str> =
-            c.factors.iter().filter(|f| f.0 != "method" && f.0 != "other").map(|f| f.1.as_str()).collect();
+        let among: Vec<&str> = c
+            .factors
+            .iter()
+            .filter(|f| !["method", "other", "reference"].contains(&f.0.as_str()))
+            .map(|f| f.1.as_str())
+            .collect();
         let v = c.votes;
         let (winner, loser, by, is_method) = match v.wins.cmp(&v.losses) {
             std::cmp::Ordering::Less => (other, method, v.losses, false),
