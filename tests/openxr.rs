@@ -452,6 +452,13 @@ struct Shown {
     lab: Lab,
 }
 
+fn eight_seconds() -> serde_json::Value {
+    let mut study = wide(rate(&["pica"], 1), 60.0);
+    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 8.0}]);
+    study["blank"]["seconds"] = 2.0.into();
+    study
+}
+
 fn show(mut study: serde_json::Value, name: &str) -> Shown {
     study["practice"] = serde_json::json!([]);
     study["stimuli"]["width_px"] = MARKS_PX.0.into();
@@ -480,9 +487,7 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     if !xr::is_there() {
         return;
     }
-    let mut study = wide(rate(&["pica"], 1), 60.0);
-    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 8.0}]);
-    study["blank"]["seconds"] = 2.0.into();
+    let study = eight_seconds();
     let mut shown = show(study, "stereo");
     std::thread::sleep(Duration::from_secs(5));
     let seen = shown.window.keep("stereo-stimulus");
@@ -522,9 +527,7 @@ fn a_moving_stimulus_plays_before_each_eye_and_its_last_frame_stands() {
     if !xr::is_there() {
         return;
     }
-    let mut study = wide(rate(&["pica"], 1), 60.0);
-    study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 8.0}]);
-    study["blank"]["seconds"] = 2.0.into();
+    let mut study = eight_seconds();
     study["conditions"] = serde_json::json!({"list": [{"scene": "pica", "path": "sway", "method": "sssr"}]});
     study["validity"] = serde_json::json!({"skipped_percent": 100});
     let shown = show(study, "film");

@@ -238,6 +238,12 @@ fn emitters(scene: &Scene, triangles: &[TriangleData]) -> (Vec<EmitterData>, f32
 
 /// Nodes, and the order in which they refer to triangles.
 fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
+    let bvh = binary_tree(triangles, 8);
+    (pair_children(&bvh), bvh.primitive_indices)
+}
+
+/// A binary tree over triangles, with so many in a leaf at the most; without a node where there is none.
+pub(super) fn binary_tree(triangles: &[TriangleData], most_in_a_leaf: u32) -> Bvh2 {
     let shapes: Vec<Triangle> = triangles
         .iter()
         .map(|t| {
@@ -245,12 +251,11 @@ fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
             Triangle { v0, v1: v0 + e1, v2: v0 + e2 }
         })
         .collect();
-    let params = BvhBuildParams { max_prims_per_leaf: 8, ..BvhBuildParams::medium_build() };
-    let bvh = match shapes.is_empty() {
+    let params = BvhBuildParams { max_prims_per_leaf: most_in_a_leaf, ..BvhBuildParams::medium_build() };
+    match shapes.is_empty() {
         true => Bvh2::default(),
         false => build_bvh2_from_tris(&shapes, params, &mut Duration::default()),
-    };
-    (pair_children(&bvh), bvh.primitive_indices)
+    }
 }
 
 /// From one bounds a node to the bounds of both children in their parent; the root is node 0.

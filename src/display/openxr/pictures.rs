@@ -85,7 +85,7 @@ impl Pictures {
                     let eyes = Eyes::read(&file.frames[frame])?;
                     fits(file, width_deg, eyes.aspect(), room)?;
                     let size = (eyes.width, eyes.height);
-                    Ok(Layers { path: &file.frames[frame], size, texels: eyes.texels.into() })
+                    Ok(Frame { path: &file.frames[frame], size, texels: eyes.texels.into() })
                 })?;
                 out.stereo.push(shot);
             }
@@ -107,7 +107,7 @@ impl Pictures {
                 }
                 let size = (2 * left.width, left.height);
                 let texels = side_by_side(&left.texels[eye], &right.texels[eye], left.width as usize);
-                Ok(Layers { path: &of.frames[frame], size, texels: vec![texels] })
+                Ok(Frame { path: &of.frames[frame], size, texels: vec![texels] })
             })?;
             out.pairs.insert((reference, test, eye), shot);
         }
@@ -116,7 +116,7 @@ impl Pictures {
 }
 
 /// One frame, ready to be uploaded.
-struct Layers<'a> {
+struct Frame<'a> {
     /// For messages.
     path: &'a Path,
     size: (u32, u32),
@@ -134,7 +134,7 @@ fn upload<'a>(
     headset: &Headset,
     frames: usize,
     width_deg: f64,
-    read: impl Fn(usize) -> Result<Layers<'a>, DisplayError>,
+    read: impl Fn(usize) -> Result<Frame<'a>, DisplayError>,
 ) -> Result<Shot, DisplayError> {
     let first = read(0)?;
     let ((width, height), layers) = (first.size, first.texels.len());

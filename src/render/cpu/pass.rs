@@ -9,7 +9,7 @@ use half::f16;
 use crate::gpu::{Gpu, GpuError, Image, PassTime};
 
 use super::super::baked::Gathered;
-use super::super::context::{Context, read_buffer, read_image};
+use super::super::context::{Context, read_image};
 use super::super::needs::Needs;
 use super::super::prepared::relative_error;
 use super::super::shared::Counts;
@@ -62,17 +62,14 @@ impl CpuPathTrace {
         kept: Option<&Sums>,
     ) -> Result<Paths<'a>, GpuError> {
         let started = Instant::now();
-        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &list.arguments)?[..16]);
-        let listed = read_buffer(&self.gpu, &list.rays)?;
-        let mut listed: Vec<u32> =
-            listed.chunks_exact(4).take(count as usize).map(bytemuck::pod_read_unaligned).collect();
+        let mut listed = list.read(&self.gpu)?;
         // Row by row, whatever the order in which the device's threads wrote: neighbours meet the same geometry.
         listed.sort_unstable();
         let depth = read_image(&self.gpu, &gbuffer.depth)?;
         let surface = read_image(&self.gpu, &gbuffer.surface)?;
         let size = gbuffer.depth.extent();
         let pixels = listed.into_iter().map(|packed| {
-            let i = index(packed, size);
+            let i = RayList::texel(packed, size);
             let depth = bytemuck::pod_read_unaligned(&depth[4 * i..4 * i + 4]);
             Pixel::new(packed, depth, bytemuck::pod_read_unaligned(&surface[16 * i..16 * i + 16]))
         });
@@ -133,7 +130,7 @@ impl Paths<'_> {
             let color = mean.truncate();
             counts.nan += u64::from(color.is_nan());
             counts.inf += u64::from(color.to_array().iter().any(|c| c.is_infinite()));
-            let i = index(pixel.packed(), size);
+            let i = RayList::texel(pixel.packed(), size);
             (means[i], errors[i]) = (mean.to_array(), error.extend(0.0).to_array());
         }
         let write = |image: &Image, texels: &[[f32; 4]]| image.write_layers(bytemuck::cast_slice(texels));
@@ -143,10 +140,4 @@ impl Paths<'_> {
         tracing::debug!("{} rays from hits to lights, {seconds:.3} s on the processor", self.tally.light_rays);
         Ok(PassTime { name: "path_trace".to_owned(), ms: seconds * 1e3 })
     }
-}
-
-/// Of a packed pixel in tightly packed layers.
-fn index(packed: u32, (width, height): (u32, u32)) -> usize {
-    let [x, y, eye] = Pixel::place(packed).map(|n| n as usize);
-    (eye * height as usize + y) * width as usize + x
 }

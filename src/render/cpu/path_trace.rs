@@ -6,6 +6,7 @@ use glam::{Mat3A, Vec3A, Vec4};
 
 use super::super::baked::Gathered;
 use super::super::shared::{Counts, EyeUniform, FrameUniform};
+use super::super::targets::RayList;
 use super::brdf::Reflector;
 use super::math::{MOST_HALF, luminance};
 use super::parallel::on_all_cores;
@@ -120,11 +121,6 @@ impl Pixel {
         Pixel { packed, depth, surface, sum: zero, compensation: zero, squares: zero, nearness: [0.0; 2] }
     }
 
-    /// Column, row and eye of a packed pixel.
-    pub fn place(packed: u32) -> [u32; 3] {
-        [packed & 0x3fff, packed >> 14 & 0x3fff, packed >> 28]
-    }
-
     pub fn packed(&self) -> u32 {
         self.packed
     }
@@ -176,7 +172,7 @@ struct Tracer<'a> {
 impl Tracer<'_> {
     fn add(&mut self, pixel: &mut Pixel, first: u32, count: u32) {
         let Inputs { world, frame, .. } = *self.shading.inputs;
-        let [x, y, eye] = Pixel::place(pixel.packed);
+        let [x, y, eye] = RayList::place(pixel.packed);
         let view = View::of(frame, eye);
         let surface = Surface::unpack(pixel.surface);
         let position = view.position([x as f32 + 0.5, y as f32 + 0.5], pixel.depth);

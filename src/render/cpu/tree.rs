@@ -4,14 +4,10 @@
 //! Sources: Wald, Benthin & Boulos 2008 (wide trees); Möller & Trumbore 1997; slab test with the direction's inverse, the
 //! exit a few ulps later (Ize 2013). Answers as `shaders/common/bvh.glsl` does, but for rounding.
 
-use std::time::Duration;
-
 use glam::{Vec2, Vec3A, Vec4};
-use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::triangle::Triangle;
 
+use super::super::bvh::binary_tree;
 use super::super::shared::{DOUBLE_SIDED, LEAF, MASKED, TriangleData};
 use super::math::FAR;
 
@@ -64,18 +60,7 @@ pub struct Tree {
 impl Tree {
     /// Over triangles in render space; they are named by their index.
     pub fn new(triangles: &[TriangleData]) -> Tree {
-        let shapes: Vec<Triangle> = triangles
-            .iter()
-            .map(|t| {
-                let (v0, e1, e2) = (Vec3A::from(t.v0), Vec3A::from(t.edge1), Vec3A::from(t.edge2));
-                Triangle { v0, v1: v0 + e1, v2: v0 + e2 }
-            })
-            .collect();
-        let params = BvhBuildParams { max_prims_per_leaf: WIDTH as u32, ..BvhBuildParams::medium_build() };
-        let binary = match shapes.is_empty() {
-            true => Bvh2::default(),
-            false => build_bvh2_from_tris(&shapes, params, &mut Duration::default()),
-        };
+        let binary = binary_tree(triangles, WIDTH as u32);
         let mut tree = Tree { nodes: Vec::new(), packs: Vec::new(), root: 0 };
         tree.root = match binary.nodes.is_empty() {
             true => tree.node(&binary, triangles, &[]),

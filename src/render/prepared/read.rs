@@ -4,7 +4,7 @@ use crate::gpu::{GpuError, Image};
 use crate::picture::StereoPicture;
 
 use super::super::ao::AoImages;
-use super::super::context::{read_buffer, read_image};
+use super::super::context::read_image;
 use super::super::geometry::Geometry;
 use super::super::hits::{self, RayEnd};
 use super::super::targets::GBuffer;
@@ -46,9 +46,7 @@ impl Prepared {
     /// As [`Prepared::linear`].
     pub fn ambient_pixels_again(&self) -> Result<Option<u32>, GpuError> {
         let Some(list) = self.targets.ao.as_ref().and_then(AoImages::listed) else { return Ok(None) };
-        let arguments = read_buffer(&self.gpu, &list.arguments)?;
-        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
-        Ok(Some(count))
+        list.read_count(&self.gpu).map(Some)
     }
 
     /// Pixels of the right eye, a guard band included, that took no shading from the left one and were lit in full, when the
@@ -58,9 +56,7 @@ impl Prepared {
     /// As [`Prepared::linear`].
     pub fn pixels_lit_again(&self) -> Result<Option<u32>, GpuError> {
         let Some(shared) = &self.targets.shared else { return Ok(None) };
-        let arguments = read_buffer(&self.gpu, &shared.list.arguments)?;
-        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
-        Ok(Some(count))
+        shared.list.read_count(&self.gpu).map(Some)
     }
 
     /// Standard error of the reflection's mean, per channel; the reference only.

@@ -240,9 +240,7 @@ impl Prepared {
 
     /// Builds the geometry for lost rays, if the list of `marched` holds any.
     fn make_trace_geometry(&self, marched: &Marched) -> Result<(), GpuError> {
-        let arguments = read_buffer(&self.gpu, &marched.lost.arguments)?;
-        let [_, _, _, lost]: [u32; 4] = bytemuck::pod_read_unaligned(&arguments[..16]);
-        if lost > 0 {
+        if marched.lost.read_count(&self.gpu)? > 0 {
             let rays = self.lazy_rays.obtain(self.context.head, self.settings.trace)?;
             let pass = TraceGeometryPass::new(&self.gpu, &self.needs, rays)?;
             // It was empty a line ago, and nothing else fills it.

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::gpu::GpuError;
 
-use super::super::context::{read_buffer, read_image};
+use super::super::context::read_image;
 use super::super::cpu::Sums;
 use super::super::targets::{PathTraced, RayList};
 use super::Prepared;
@@ -81,18 +81,15 @@ impl Prepared {
 
     /// Of what the device traced.
     pub(super) fn error_on_device(&self, list: &RayList, out: &PathTraced) -> Result<f64, GpuError> {
-        let [_, _, _, count]: [u32; 4] = bytemuck::pod_read_unaligned(&read_buffer(&self.gpu, &list.arguments)?[..16]);
-        let listed = read_buffer(&self.gpu, &list.rays)?;
+        let listed = list.read(&self.gpu)?;
         let (means, errors) = (read_image(&self.gpu, &out.reflection)?, read_image(&self.gpu, &out.error)?);
-        let (width, height) = out.reflection.extent();
+        let size = out.reflection.extent();
         let texel = |image: &[u8], packed: u32| {
-            let (x, y, eye) = (packed & 0x3fff, packed >> 14 & 0x3fff, packed >> 28);
-            let i = 16 * ((eye * height + y) * width + x) as usize;
+            let i = 16 * RayList::texel(packed, size);
             let [r, g, b]: [f32; 3] = bytemuck::pod_read_unaligned(&image[i..i + 12]);
             Vec3::new(r, g, b)
         };
-        let packed = || listed.chunks_exact(4).take(count as usize).map(bytemuck::pod_read_unaligned::<u32>);
-        Ok(relative_error(|| packed().map(|p| (texel(&means, p), texel(&errors, p)))))
+        Ok(relative_error(|| listed.iter().map(|&p| (texel(&means, p), texel(&errors, p)))))
     }
 }
 
