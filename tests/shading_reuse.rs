@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use cyclopean::gpu::Gpu;
 use cyclopean::picture::StereoPicture;
-use cyclopean::render::{Method, Prepared, Renderer, Settings, ShadingReuse};
+use cyclopean::render::{Method, Prepared, Renderer, Settings, ShadingReuse, Trace};
 use cyclopean::scene::{self, Light, LightSource, Material, Scene, StereoCamera, View};
 use glam::{DQuat, DVec3, Vec3};
 use pictures::{gpu, look, material, plane, scene as make_scene, settings, sphere};
@@ -138,6 +138,15 @@ fn switched_off_it_leaves_no_trace() {
     assert_eq!(lit(&mut without).1.eyes, lit(&mut with).1.eyes);
     let many = Arc::new(hall(64));
     assert!(prepare(&gpu, &many, &auto).needs().shading_reuse);
+    // Where the processor finds the shadows there is nothing to gain, unless sharing is insisted on.
+    let by = |trace: Trace, shading_reuse: ShadingReuse| {
+        let settings = Settings { shadows: true, trace, shading_reuse, ..off.clone() };
+        let prepared = prepare(&gpu, &many, &settings);
+        [prepared.needs().shading_reuse, prepared.needs().cpu_shadows]
+    };
+    assert_eq!(by(Trace::Bvh, ShadingReuse::Auto), [true, false]);
+    assert_eq!(by(Trace::Cpu, ShadingReuse::Auto), [false, true]);
+    assert_eq!(by(Trace::Cpu, ShadingReuse::Always), [true, false]);
     let mut renderer = Renderer::new(&gpu, Arc::clone(&many)).expect("uploaded");
     let reference = Method::parse("path-traced@1").expect("a method");
     let prepared = renderer.prepare(&camera(&many, &auto), &reference, &auto).expect("prepared");
@@ -323,7 +332,8 @@ fn measure() {
         for n in counts.split(',').map(|n| n.parse::<usize>().expect("a number")) {
             let scene = Arc::new(if name == "hall" { hall(n) } else { built_in(name, n) });
             for shadows in [false, true] {
-                let full = Settings { shadows, ..settings(width, height) };
+                // Both by the device: on a software one the processor would find the shadows of full shading.
+                let full = Settings { shadows, trace: Trace::Bvh, ..settings(width, height) };
                 let shared = Settings { shading_reuse: ShadingReuse::Always, ..full.clone() };
                 let mut both = [prepare(&gpu, &scene, &full), prepare(&gpu, &scene, &shared)];
                 let mut times = [Vec::new(), Vec::new()];

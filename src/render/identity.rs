@@ -46,7 +46,7 @@ pub fn identity(
         identity["paths_by"] = format!("cpu {}", cpu::VERSION).into();
     }
     let needs = || Needs::of(scene, method, settings);
-    if cpu::serves(settings.trace, device_kind) && needs().with_shadows_on_the_cpu().cpu_shadows {
+    if cpu::serves(settings.trace, device_kind) && needs().with_shadows_on_the_cpu(settings.shading_reuse).cpu_shadows {
         identity["shadows_by"] = format!("cpu {}", cpu::VERSION).into();
     }
     let digest = Sha256::digest(serde_json::to_vec(&identity)?);

@@ -225,8 +225,16 @@ impl Needs {
         self
     }
 
-    /// The same with the shadows of the views traced by the processor, if rays find any.
-    pub fn with_shadows_on_the_cpu(mut self) -> Needs {
+    /// The same with the shadows of the views traced by the processor, if rays find any. The eyes then share no shading
+    /// unless it is insisted on: the device takes longer to look into the left eye than the processor to find the shadows.
+    pub fn with_shadows_on_the_cpu(mut self, reuse: ShadingReuse) -> Needs {
+        if self.shadow_rays() && self.shading_reuse && reuse == ShadingReuse::Auto {
+            self.shading_reuse = false;
+            if let Some(part) = self.parts.iter_mut().find(|p| p.name == "shading_reuse") {
+                part.runs = false;
+                part.why = "the processor finds the shadows sooner than the device looks into the left eye".to_owned();
+            }
+        }
         self.cpu_shadows = self.shadow_rays() && !self.shading_reuse;
         if self.cpu_shadows
             && let Some(part) = self.parts.iter_mut().find(|p| p.name == "shadows")

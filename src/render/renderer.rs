@@ -198,7 +198,7 @@ impl Renderer {
             false => needs,
         };
         let needs = match cpu::serves(settings.trace, self.gpu.info().kind) {
-            true => needs.with_shadows_on_the_cpu(),
+            true => needs.with_shadows_on_the_cpu(settings.shading_reuse),
             false => needs,
         };
         let framing = Framing::of(method, settings);
