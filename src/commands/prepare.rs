@@ -30,15 +30,9 @@ pub struct Args {
 }
 
 /// The paths of the head that every scene has.
-pub(super) const PATHS: [&str; GENERIC.len()] = {
-    let mut names = [""; GENERIC.len()];
-    let mut at = 0;
-    while at < GENERIC.len() {
-        names[at] = GENERIC[at].0;
-        at += 1;
-    }
-    names
-};
+pub(super) fn paths() -> Vec<&'static str> {
+    GENERIC.iter().map(|(name, _)| *name).collect()
+}
 
 /// Scenes and methods of this build.
 #[cfg(feature = "gpu")]
@@ -97,7 +91,7 @@ pub fn catalogue() -> Catalogue {
     Catalogue::of(&crate::scene::builtin::NAMES, &METHODS)
         .with_percentage(&WITH_PERCENTAGE)
         .with_ao(&AO)
-        .with_paths(&PATHS)
+        .with_paths(&paths())
 }
 
 /// The renderer of this build.

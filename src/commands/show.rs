@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use cyclopean_analysis::files;
 use cyclopean_analysis::journal::record::Stimulus;
 use cyclopean_analysis::report::session::{Told, session_page};
+use cyclopean_analysis::{escape, files};
 
 use super::WrongUsage;
 use crate::console::{Console, check_interrupted};
@@ -108,8 +108,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     }
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let mut pages = Vec::new();
-    for (path, seen) in seen {
-        let name = if args.journals.len() == 1 { "session".to_owned() } else { page_name(path, &seen) };
+    for (number, (path, seen)) in seen.into_iter().enumerate() {
+        let name = if args.journals.len() == 1 { "session".to_owned() } else { page_name(number + 1, path, &seen) };
         pages.push(page(&args.out.join(format!("{name}.html")), path, seen, &store)?);
     }
     tell(&reports, &pages, args, console)
@@ -129,9 +129,10 @@ fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
     all
 }
 
-fn page_name(path: &Path, seen: &Seen) -> String {
+/// Of one of several journals, which may be of equal names in folders of their own. What a journal says is no path.
+fn page_name(number: usize, path: &Path, seen: &Seen) -> String {
     let session = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    format!("{}_{}_{session}", seen.header.study.id, seen.header.participant)
+    escape::file_name(&format!("{number:03}_{}_{}_{session}", seen.header.study.id, seen.header.participant))
 }
 
 /// Writes the page; pictures come from the store, where they are there and whole.

@@ -30,6 +30,9 @@ pub struct GpuStimuli {
     renderer: Option<Renderer>,
 }
 
+/// Frames of a moving stimulus: each one has a file, whose hash stands in a line of every journal.
+const MOST_FRAMES: u32 = 10_000;
+
 /// What one request means to the renderer.
 struct Job {
     scene: Arc<Scene>,
@@ -56,7 +59,7 @@ pub fn catalogue() -> Catalogue {
         scenes: scenes.collect(),
         methods: owned(Method::names()),
         with_percentage: owned(Method::names_with_percentage()),
-        paths: owned(super::prepare::PATHS.to_vec()),
+        paths: owned(super::prepare::paths()),
         ao: owned(Ao::ALL.into_iter().filter(|ao| *ao != Ao::None).map(Ao::name).collect()),
     }
 }
@@ -112,6 +115,12 @@ impl GpuStimuli {
             Some(name) => {
                 let path = scene.path(name, &view)?;
                 let frames = path.frames_within(request.seconds.unwrap_or(f64::INFINITY));
+                anyhow::ensure!(
+                    frames <= MOST_FRAMES,
+                    "{} has {frames} frames in the {} seconds that it is shown; a stimulus has {MOST_FRAMES} at the most",
+                    request.label(),
+                    request.seconds.unwrap_or_default()
+                );
                 Some((path, frames))
             }
         };
