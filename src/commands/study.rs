@@ -13,7 +13,7 @@ use crate::study::store::Store;
 use crate::study::validate::{self, Study, StudyError};
 use crate::study::{freeze, recover, schema, session};
 
-/// Check, preview and freeze studies; recover, replay and withdraw sessions.
+/// Check, preview and freeze studies; show, recover, replay and withdraw sessions.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
