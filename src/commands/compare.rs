@@ -121,6 +121,11 @@ struct SceneArgs {
     /// Where references are kept; `references` in the user's cache folder by default.
     #[arg(long)]
     cache: Option<PathBuf>,
+    /// Keeps each scene's results in this folder as soon as it is measured, and takes from there what an earlier run with
+    /// the same options, program and device has kept, its times included, instead of measuring again. Not with --path
+    /// or --effect ao.
+    #[arg(long, value_name = "DIR", conflicts_with = "path")]
+    keep: Option<PathBuf>,
     /// Folder for the files; made when missing.
     #[arg(long, short, default_value = "out")]
     out: PathBuf,
@@ -240,6 +245,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         view: of.view.clone(),
         pixels_per_degree: args.pixels_per_degree,
         cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
+        keep: of.keep.clone(),
         out: of.out.clone(),
         sheets: of.sheets,
         loading: of.outside.loading(),
@@ -287,6 +293,9 @@ fn compare_sequences(
 fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::Result<()> {
     if of.until.is_some() {
         return Err(WrongUsage("--until is for the reference of reflections; --effect ao has none".to_owned()).into());
+    }
+    if of.keep.is_some() {
+        return Err(WrongUsage("--keep is for comparisons of reflections; --effect ao keeps nothing".to_owned()).into());
     }
     // The comparison sets the method itself.
     let reach = of.ao.settings(Ao::None)?;
