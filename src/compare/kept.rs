@@ -63,7 +63,7 @@ impl Kept {
     /// # Errors
     /// A folder that cannot be made.
     pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<Kept, CompareError> {
-        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.to_owned(), source })?;
+        super::make_folder(folder)?;
         Ok(Kept { folder: folder.to_owned(), key: key(gpu, subject, options)? })
     }
 

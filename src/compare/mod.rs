@@ -28,6 +28,7 @@ use std::rc::Rc;
 
 use cyclopean_analysis::escape;
 use cyclopean_analysis::files::{self, WriteError};
+use cyclopean_analysis::parts;
 
 use sha2::{Digest, Sha256};
 
@@ -125,6 +126,44 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     Ok(Done { report, sheets })
 }
 
+/// What [`part`] leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaves {
+    /// Results in `options.keep`, and the references that they need.
+    Results,
+    /// References in `options.cache`.
+    References,
+}
+
+/// Does the work of a comparison on some of its scenes, for a report to be written by another run that finds it done.
+/// Gives the scenes that failed.
+///
+/// # Errors
+/// A folder that cannot be made, or Ctrl-C.
+pub fn part(
+    gpu: &Rc<Gpu>,
+    scenes: &[String],
+    options: &Options,
+    leaves: Leaves,
+    console: &Console,
+) -> Result<Vec<Failure>, CompareError> {
+    make_folder(&options.cache)?;
+    let mut failed = Vec::new();
+    for name in scenes {
+        let done = match leaves {
+            Leaves::Results => scene(gpu, name, options, console).map(drop),
+            Leaves::References => {
+                Subject::load(name, options).and_then(|s| s.reference(gpu, options, console)).map(drop)
+            }
+        };
+        match done {
+            Ok(()) => console.line(format!("{name}: done")),
+            Err(error) => keep_failure(&mut failed, name, error, console)?,
+        }
+    }
+    Ok(failed)
+}
+
 /// Compares on each scene, writing `compare.json`, `compare.md`, the scene's plots and, if asked for, its sheets into
 /// `options.out` after each: what is done stays, whatever happens to the next. A scene that fails is in the report's
 /// `failed`. See [`scene`] for what is kept.
@@ -133,9 +172,8 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
 /// An output that cannot be written, or Ctrl-C.
 pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Console) -> Result<Report, CompareError> {
     // Fail before the work, not after it.
-    for folder in [&options.out, &options.cache].into_iter().chain(&options.keep) {
-        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
-    }
+    [&options.out, &options.cache].into_iter().chain(&options.keep).try_for_each(|folder| make_folder(folder))?;
+    sweep(options)?;
     let mut report = Report::new(gpu.info().clone(), options);
     for name in scenes {
         match scene(gpu, name, options, console) {
@@ -162,6 +200,19 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
         write(&options.out, &report)?;
     }
     Ok(report)
+}
+
+fn make_folder(folder: &Path) -> Result<(), CompareError> {
+    std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.to_owned(), source })
+}
+
+/// Removes what runs that were killed have left half-made.
+fn sweep(options: &Options) -> Result<(), WriteError> {
+    let kept = ["paths", "light"].map(|name| options.cache.join(name));
+    for path in [&options.cache].into_iter().chain(&kept).chain(&options.keep) {
+        parts::sweep(path).map_err(|source| WriteError { path: path.clone(), source })?;
+    }
+    Ok(())
 }
 
 fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {

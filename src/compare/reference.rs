@@ -55,7 +55,7 @@ pub struct Reference {
     pub again: [StereoPicture; 2],
 }
 
-/// What is stored of a reference, written last: without it the folder holds nothing.
+/// What is stored of a reference, written last.
 #[derive(Debug, Serialize, Deserialize)]
 struct Manifest {
     version: u32,
@@ -149,9 +149,15 @@ impl Reference {
             .ok()
     }
 
+    /// Stores it, unless another program has stored it meanwhile.
     fn write(&self, scene: &str) -> Result<(), CompareError> {
-        let folder = &self.folder;
-        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
+        let cache = self.folder.parent().unwrap_or(Path::new("."));
+        super::make_folder(cache)?;
+        let is_whole = || Reference::read(&self.key, &self.folder).is_ok();
+        files::write_folder(&self.folder, is_whole, |folder| self.fill(scene, folder))
+    }
+
+    fn fill(&self, scene: &str, folder: &Path) -> Result<(), CompareError> {
         let parts = [
             Part { layer: "", picture: &self.linear },
             Part { layer: "reflection", picture: &self.reflection },

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use std::sync::Arc;
 
 use cyclopean_analysis::interval::student_t;
 
@@ -18,7 +17,7 @@ use crate::gpu::Gpu;
 use crate::metrics::stereo::{Consistency, share_beyond};
 use crate::metrics::{Agreement, Fireflies, Judge, Moments};
 use crate::picture::StereoPicture;
-use crate::render::{FrameReport, Prepared, Renderer, Settings};
+use crate::render::{FrameReport, Prepared, Settings};
 use crate::scene::Fallback;
 
 /// What is measured of each eye in each round.
@@ -50,8 +49,7 @@ pub fn scene(
     console: &Console,
 ) -> Result<SceneReport, CompareError> {
     let Subject { scene, view, camera } = subject;
-    let mut renderer = Renderer::new(gpu, Arc::clone(scene))?.keep_light_in(options.cache.join("light"));
-    let reference = Reference::obtain(gpu, &mut renderer, camera, options, console)?;
+    let (mut renderer, reference) = subject.reference(gpu, options, console)?;
     let masks = [0, 1].map(|eye| reference.mask(eye));
     let traced: usize = masks.iter().flatten().filter(|m| **m).count();
     if traced == 0 {

@@ -1,9 +1,14 @@
 //! What one scene's comparison is about: the scene, one of its views, and both eyes' cameras.
 
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::CompareError;
 use super::plan::Options;
+use super::reference::Reference;
+use crate::console::Console;
+use crate::gpu::Gpu;
+use crate::render::Renderer;
 use crate::scene::{self, Scene, StereoCamera, View};
 
 /// See the module's documentation.
@@ -23,6 +28,21 @@ impl Subject {
         let view = view(&scene, options.view.as_deref())?.clone();
         let camera = view.stereo_camera(options.settings.aspect());
         Ok(Subject { scene, view, camera })
+    }
+
+    /// A renderer of the scene, and the view's reference: the kept one, or a new one.
+    ///
+    /// # Errors
+    /// What the device or the disk said.
+    pub fn reference(
+        &self,
+        gpu: &Rc<Gpu>,
+        options: &Options,
+        console: &Console,
+    ) -> Result<(Renderer, Reference), CompareError> {
+        let mut renderer = Renderer::new(gpu, Arc::clone(&self.scene))?.keep_light_in(options.cache.join("light"));
+        let reference = Reference::obtain(gpu, &mut renderer, &self.camera, options, console)?;
+        Ok((renderer, reference))
     }
 }
 

@@ -9,16 +9,14 @@ mod seen;
 mod text;
 
 use std::rc::Rc;
-use std::sync::Arc;
 
 use super::CompareError;
 use super::plan::{Configuration, Options};
-use super::reference::Reference;
 use super::run::fallback_name;
 use super::subject::Subject;
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::render::{Method, Renderer, Settings};
+use crate::render::{Method, Settings};
 
 pub use canvas::Canvas;
 use canvas::Rect;
@@ -69,8 +67,7 @@ pub fn sheets(
     console: &Console,
 ) -> Result<Vec<(String, Canvas)>, CompareError> {
     let Subject { scene, view, camera } = subject;
-    let mut renderer = Renderer::new(gpu, Arc::clone(scene))?.keep_light_in(options.cache.join("light"));
-    let reference = Reference::obtain(gpu, &mut renderer, camera, options, console)?;
+    let (mut renderer, reference) = subject.reference(gpu, options, console)?;
     let mut shown: Vec<(Configuration, _)> = Vec::new();
     let mut pairs = Vec::new();
     for configuration in options.configurations(scene) {
