@@ -14,6 +14,7 @@ pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;
 pub mod scene;
+pub mod shard;
 #[cfg(feature = "gpu")]
 pub mod stress;
 pub mod study;

@@ -190,16 +190,20 @@ pub fn write_side_by_side(path: &Path, width: u32, height: u32, eyes: [&[u8]; 2]
     write_png(path, 2 * width, height, &rgb)
 }
 
-/// An 8-bit sRGB PNG of RGB bytes, rows from the top.
+/// The bytes of an 8-bit sRGB PNG of RGB bytes, rows from the top; `path` is what an error names.
 ///
 /// # Errors
-/// [`PictureError`] naming the file.
-pub fn write_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), PictureError> {
+/// [`PictureError::Encode`].
+pub fn encode_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, PictureError> {
     let mut bytes = Cursor::new(Vec::new());
     let (color, format) = (image::ExtendedColorType::Rgb8, image::ImageFormat::Png);
     image::write_buffer_with_format(&mut bytes, rgb, width, height, color, format)
         .map_err(|e| PictureError::Encode { path: path.to_owned(), reason: e.to_string() })?;
-    Ok(files::write_bytes(path, bytes.get_ref())?)
+    Ok(bytes.into_inner())
+}
+
+fn write_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), PictureError> {
+    Ok(files::write_bytes(path, &encode_png(path, width, height, rgb)?)?)
 }
 
 #[cfg(test)]

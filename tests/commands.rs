@@ -121,6 +121,37 @@ fn doctor_names_the_device() {
     assert!(
         found["findings"].as_array().expect("a list").iter().any(|f| f["what"] == "device in use" && f["ok"] == true)
     );
+    // A node without a graphics card renders, and says that it does so in software; it fails where a card was asked for.
+    let software = found["software"].as_bool().expect("known where a device is");
+    assert_eq!(software, found["device"]["kind"] == "cpu");
+    let asked = cyclopean(folder.path(), &["doctor", "--hardware"]);
+    assert_eq!(asked.status.code(), Some(i32::from(software)), "{}", stderr(&asked));
+    assert_eq!(stderr(&asked).contains("error: graphics card: none in use: the processor renders"), software);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn doctor_fails_with_the_remedy_where_nothing_renders() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let without = |arguments: &[&str]| {
+        let mut command = program::command(folder.path(), arguments);
+        let none = folder.path().join("no-driver.json");
+        command.env("VK_DRIVER_FILES", &none).env("VK_ICD_FILENAMES", &none).env_remove("CYCLOPEAN_VALIDATION");
+        command.output().expect("the program starts")
+    };
+    let done = without(&["doctor", "--json"]);
+    assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
+    let found: serde_json::Value = serde_json::from_slice(&done.stdout).expect("one object");
+    assert!(found["device"].is_null() && found["software"].is_null(), "{found}");
+    let findings = found["findings"].as_array().expect("a list");
+    for what in ["Vulkan devices", "device in use"] {
+        let finding = findings.iter().find(|f| f["what"] == what).expect("a finding");
+        assert!(finding["ok"] == false && finding["mend"].as_str().expect("a remedy").contains("mesa-vulkan-drivers"));
+    }
+    let said = stderr(&done);
+    assert!(said.contains("mesa-vulkan-drivers") && !said.contains("panicked"), "{said}");
+    let done = without(&["doctor"]);
+    assert!(String::from_utf8_lossy(&done.stdout).contains("MISSING  Vulkan devices"), "{}", stderr(&done));
 }
 
 #[test]

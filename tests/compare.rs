@@ -103,6 +103,10 @@ fn a_build_that_renders_nothing_says_so() {
 
 #[cfg(feature = "gpu")]
 mod scenes {
+    use std::collections::BTreeMap;
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+
     use super::*;
 
     const SMALL: [&str; 8] = ["--size", "64x36", "--seeds", "3", "--reference-spp", "16", "--cache", "kept"];
@@ -291,6 +295,90 @@ mod scenes {
         assert_eq!(errors(&first), errors(&third));
     }
 
+    /// Every file of a folder by name.
+    fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+        let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+        let name = |path: &Path| path.file_name().expect("a name").to_string_lossy().into_owned();
+        entries.map(|path| (name(&path), std::fs::read(&path).expect("read"))).collect()
+    }
+
+    #[test]
+    fn kept_results_are_taken_to_the_byte_and_made_again_when_damaged() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let run = |out: &str, more: &[&str]| {
+            let kept = ["--spp", "1", "--keep", "results", "-o", out];
+            let done = compare(folder.path(), &["room"], &[&kept[..], more].concat());
+            assert!(done.status.success(), "{}", stderr(&done));
+            stderr(&done)
+        };
+        // Progress has a line at least of all that is rendered.
+        let measured = |said: &str| said.contains("room: 1/");
+        let results = folder.path().join("results");
+        assert!(measured(&run("a", &["--sheets"])));
+        let first = files(&folder.path().join("a"));
+        assert!(first.keys().any(|name| name.ends_with(".svg")) && first.keys().any(|name| name.ends_with(".png")));
+        let kept = files(&results);
+        assert_eq!(kept.len(), 2, "results and a sheet: {:?}", kept.keys());
+
+        let said = run("b", &["--sheets"]);
+        assert_eq!(said.matches("room: kept from results/").count(), 1, "{said}");
+        assert!(!said.contains("1/"), "nothing is rendered: {said}");
+        assert!(files(&folder.path().join("b")) == first, "a report of kept results is another one");
+        assert!(files(&results) == kept, "what is kept is not written again");
+
+        // A sheet that is damaged is drawn again, and no time is measured.
+        let (sheet, png) = kept.iter().find(|(name, _)| name.ends_with("_black.png")).expect("a sheet");
+        std::fs::write(results.join(sheet), &png[..png.len() - 9]).expect("written");
+        let said = run("c", &["--sheets"]);
+        assert!(said.contains("_black.png: it is not what was written; the sheets are drawn again"), "{said}");
+        assert!(!measured(&said) && files(&folder.path().join("c")) == first, "{said}");
+        assert!(files(&results) == kept);
+
+        // A number that is another one is noticed.
+        let (name, json) = kept.iter().find(|(name, _)| name.ends_with(".json")).expect("results");
+        let text = String::from_utf8(json.clone()).expect("UTF-8").replacen(
+            "\"fireflies_total\": ",
+            "\"fireflies_total\": 9",
+            1,
+        );
+        std::fs::write(results.join(name), text).expect("written");
+        let said = run("d", &[]);
+        assert!(said.contains(&format!("{name}: it is not what was written; the scene is measured again")), "{said}");
+        assert!(measured(&said));
+        assert!(run("e", &[]).contains("room: kept from"));
+        assert_eq!(files(&folder.path().join("d"))["compare.json"], files(&folder.path().join("e"))["compare.json"]);
+
+        // Whatever changes a number has results of its own.
+        for more in
+            [&["--spp", "2"], &["--pixels-per-degree", "60"], &["--edge-fade", "0.2"], &["--methods", "stereo,sssr"]]
+        {
+            assert!(measured(&run("f", more)), "{more:?}");
+        }
+    }
+
+    #[test]
+    fn a_comparison_that_was_killed_goes_on_at_the_scene_it_was_in() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let more = ["--spp", "1", "--keep", "results", "-o", "o"];
+        let arguments = [&["compare", "room", "pica"], &SMALL[..], &more].concat();
+        let mut child = program::command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
+        let lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+        let seen: Vec<String> = lines.map(|l| l.expect("text")).take_while(|l| !l.starts_with("pica: 1/")).collect();
+        child.kill().expect("killed");
+        assert!(!child.wait().expect("ended").success() && seen.iter().any(|l| l.starts_with("room: 1/")), "{seen:?}");
+        let before = files(&folder.path().join("results"));
+        assert_eq!(before.len(), 1, "{:?}", before.keys());
+
+        let done = compare(folder.path(), &["room", "pica"], &more);
+        let said = stderr(&done);
+        assert!(done.status.success() && said.contains("room: kept from") && !said.contains("room: 1/"), "{said}");
+        assert!(said.contains("pica: 1/"), "{said}");
+        let report = json(&std::fs::read(folder.path().join("o/compare.json")).expect("read"));
+        let (_, kept) = before.iter().next().expect("a file");
+        assert_eq!(report["scenes"][0], json(kept)["content"]["scene"], "the times of the first run");
+        assert_eq!(report["scenes"][1]["scene"], "pica");
+    }
+
     #[test]
     fn a_reference_grows_to_the_same_bits_and_stops_where_it_is_good_enough() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -336,6 +424,8 @@ mod scenes {
             (vec!["compare", "room", "--edge-fade", "0.7"], "outside 0 to 0.5"),
             (vec!["compare", "room", "--exposure", "2"], "a scene says its own"),
             (vec!["compare", "room", "--until", "0.01"], "no percentage above 0"),
+            (vec!["compare", "room", "--keep", "k", "--effect", "ao"], "--effect ao keeps nothing"),
+            (vec!["compare", "room", "--keep", "k", "--path", "sway"], "cannot be used with"),
         ] {
             let done = cyclopean(folder.path(), &arguments);
             assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", stderr(&done));

@@ -8,6 +8,8 @@ use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, BufRead, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::parts::{Part, folder_of};
+
 /// The most bytes of a file that people write (study, manifest, language) or that describes another (side-car, rows).
 pub const MOST_TEXT: u64 = 16 << 20;
 
@@ -135,34 +137,39 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
-/// Writes `path` through a temporary neighbour: content synced, renamed, directory synced.
+/// Writes `path` through a temporary neighbour that is this writer's own: content synced, renamed, directory synced.
 ///
-/// A crash at any moment leaves the old file or the new one, never a part.
+/// A crash at any moment leaves the old file or the new one, never a part; of several writers at once, the last one's.
 ///
 /// # Errors
 /// [`WriteError`] with the final path when the folder is missing, full or read-only, or `fill` fails.
 pub fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
-    let error = |source| WriteError { path: path.to_owned(), source };
-    let name = path.file_name().ok_or_else(|| error(io::Error::new(io::ErrorKind::InvalidInput, "no file name")))?;
-    let parent = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    let temporary = parent.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let written = (|| {
-        let mut out = BufWriter::new(File::create(&temporary)?);
+    let written = Part::beside(path).and_then(|part| {
+        let mut out = BufWriter::new(part.file());
         fill(&mut out)?;
-        let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-        file.sync_all()?;
-        drop(file);
-        fs::rename(&temporary, path)?;
-        sync_directory(parent)
-    })();
-    if written.is_err() {
-        // The error that matters is the one above; a leftover part file is only litter.
-        let _ = fs::remove_file(&temporary);
-    }
-    written.map_err(error)
+        out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+        part.place(path)?;
+        sync_directory(folder_of(path))
+    });
+    written.map_err(|source| WriteError { path: path.to_owned(), source })
+}
+
+/// Fills a folder beside `path` and moves it there whole. One that stands there stays where `is_whole` says so: of several
+/// writers at once the first one's, whose content must be as good.
+///
+/// # Errors
+/// What `fill` says, and `path` is then as it was; or [`WriteError`].
+pub fn write_folder<E: From<WriteError>>(
+    path: &Path,
+    is_whole: impl Fn() -> bool,
+    fill: impl FnOnce(&Path) -> Result<(), E>,
+) -> Result<(), E> {
+    let error = |source| E::from(WriteError { path: path.to_owned(), source });
+    let part = Part::beside(path).map_err(error)?;
+    let folder = part.folder();
+    fs::create_dir(&folder).map_err(error)?;
+    fill(&folder)?;
+    part.place_folder(path, is_whole).and_then(|()| sync_directory(folder_of(path))).map_err(error)
 }
 
 /// [`write_whole`] for bytes in hand.

@@ -11,7 +11,7 @@
 //! | [`equivalence`], [`friedman`], [`preference`] | two one-sided tests, several conditions, forced choices |
 //! | [`screen`], [`power`] | observers, planning and coverage |
 //! | [`report`], [`export`], [`inspect`] | pages and tables, other people's formats, a journal's health |
-//! | [`files`] | the one way to read a file, and the one way to write one |
+//! | [`files`], [`parts`] | the one way to read a file, and the one way to write one; what killed writers leave |
 //! | [`escape`], [`terminal`] | what may not reach a terminal, a table or a page as it stands; printing |
 //! | [`manual`] | shell completions and manual pages of a program |
 //!
@@ -45,6 +45,7 @@ pub mod journal;
 pub mod manual;
 pub mod mos;
 pub mod numbers;
+pub mod parts;
 pub mod power;
 pub mod preference;
 pub mod report;

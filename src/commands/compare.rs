@@ -13,7 +13,7 @@ use super::device::{self, Size};
 use super::outside::Outside;
 use super::pictures::{self, Display};
 #[cfg(feature = "gpu")]
-use crate::compare::{self, Failure, Options, ao, sequence};
+use crate::compare::{self, Failure, Leaves, Options, ao, sequence};
 use crate::console::Console;
 #[cfg(feature = "gpu")]
 use crate::gpu::Gpu;
@@ -22,6 +22,8 @@ use crate::metrics::flip;
 use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal, Trace};
 #[cfg(feature = "gpu")]
 use crate::scene::{Fallback, Scene, View};
+#[cfg(feature = "gpu")]
+use crate::shard::Shard;
 
 /// Error against run time: methods over scenes against the path-traced reference, or picture B against picture A.
 ///
@@ -121,6 +123,19 @@ struct SceneArgs {
     /// Where references are kept; `references` in the user's cache folder by default.
     #[arg(long)]
     cache: Option<PathBuf>,
+    /// Keeps each scene's results in this folder as soon as it is measured, and takes from there what an earlier run with
+    /// the same options, program and device has kept, its times included, instead of measuring again. Not with --path
+    /// or --effect ao.
+    #[arg(long, value_name = "DIR", conflicts_with = "path")]
+    keep: Option<PathBuf>,
+    /// One part of the scenes, `i/n` with i from 0 to n − 1, for many machines: their results go to --keep, or their
+    /// references to --cache, and no report is written; the same command without --shard then finds all there and writes
+    /// it. docs/cluster.md.
+    #[arg(long, value_name = "i/n", conflicts_with = "path")]
+    shard: Option<Shard>,
+    /// Make the scenes' references and nothing else.
+    #[arg(long, conflicts_with = "path")]
+    references_only: bool,
     /// Folder for the files; made when missing.
     #[arg(long, short, default_value = "out")]
     out: PathBuf,
@@ -199,10 +214,20 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     if of.effect == Effect::Ao {
         return compare_ao(of, scenes, console);
     }
+    let shard = of.shard.unwrap_or(Shard::WHOLE);
+    if of.shard.is_some() && of.keep.is_none() && !of.references_only {
+        let needs = "--shard needs --keep DIR, where the results of all parts come together, or --references-only";
+        return Err(WrongUsage(needs.to_owned()).into());
+    }
+    let own: Vec<String> = shard.of(scenes.iter().cloned()).collect();
     let methods = of.methods.iter().map(|m| Method::parse(m).map_err(|e| WrongUsage(e.to_string())));
     let methods = methods.collect::<Result<Vec<_>, _>>()?;
     if !(0.0..=0.5).contains(&of.edge_fade) {
         return Err(WrongUsage(format!("--edge-fade {} is outside 0 to 0.5", of.edge_fade)).into());
+    }
+    if own.is_empty() {
+        console.line(format!("part {shard} has nothing to do: there are {} scenes", scenes.len()));
+        return part_done(shard, &own, &[], console);
     }
     let gpu = device::open(of.device.as_deref())?;
     let size = device::size_or_default(&gpu, of.size, console);
@@ -240,10 +265,16 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         view: of.view.clone(),
         pixels_per_degree: args.pixels_per_degree,
         cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
+        keep: of.keep.clone(),
         out: of.out.clone(),
         sheets: of.sheets,
         loading: of.outside.loading(),
     };
+    if of.shard.is_some() || of.references_only {
+        let leaves = if of.references_only { Leaves::References } else { Leaves::Results };
+        let failed = compare::part(&gpu, &own, &options, leaves, console)?;
+        return part_done(shard, &own, &failed, console);
+    }
     let report = compare::compare(&gpu, scenes, &options, console)?;
     console.page(compare::markdown(&report));
     for name in ["compare.json", "compare.md"] {
@@ -251,6 +282,14 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     }
     console.object(&report)?;
     all_done(&report.failed, scenes.len())
+}
+
+/// What was done of a comparison that writes no report.
+#[cfg(feature = "gpu")]
+fn part_done(shard: Shard, scenes: &[String], failed: &[Failure], console: &Console) -> anyhow::Result<()> {
+    let done = serde_json::json!({ "shard": shard.to_string(), "scenes": scenes, "failed": failed });
+    console.object(&done)?;
+    all_done(failed, scenes.len())
 }
 
 #[cfg(feature = "gpu")]
@@ -287,6 +326,11 @@ fn compare_sequences(
 fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::Result<()> {
     if of.until.is_some() {
         return Err(WrongUsage("--until is for the reference of reflections; --effect ao has none".to_owned()).into());
+    }
+    if of.keep.is_some() || of.shard.is_some() || of.references_only {
+        let wrong =
+            "--keep, --shard and --references-only are for comparisons of reflections; --effect ao keeps nothing";
+        return Err(WrongUsage(wrong.to_owned()).into());
     }
     // The comparison sets the method itself.
     let reach = of.ao.settings(Ao::None)?;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::display::desktop::monitors;
 use crate::display::openxr::Runtime;
-use crate::gpu::{Gpu, list_devices};
+use crate::gpu::{Gpu, GpuError, list_devices};
 
 use super::device;
 
@@ -18,6 +18,9 @@ pub struct Args {
     /// Part of the device's name; the best device by default.
     #[arg(long)]
     device: Option<String>,
+    /// Fail where only a software device renders, as on a computer or a cluster's node without a graphics card.
+    #[arg(long)]
+    hardware: bool,
 }
 
 /// One thing that was looked at.
@@ -36,14 +39,11 @@ struct Finding {
 /// See [`Args`].
 ///
 /// # Errors
-/// When something that rendering needs is missing.
+/// When something that rendering needs is missing, or a graphics card that was asked for.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
-    let mut findings = Vec::new();
-    findings.push(devices());
-    findings.push(opened(args.device.as_deref()));
-    findings.push(validation());
-    findings.push(openxr());
-    findings.push(display());
+    let gpu = device::open(args.device.as_deref());
+    let card = card(gpu.as_deref().ok(), args.hardware);
+    let findings = [devices(), opened(&gpu), card, validation(), openxr(), display()];
     for f in &findings {
         let word = match (f.ok, f.needed) {
             (true, _) => "ok     ",
@@ -55,14 +55,19 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             console.line(format!("         {:<18} {mend}", ""));
         }
     }
-    console.object(&serde_json::json!({ "findings": findings }))?;
+    // For scripts: what renders here, if anything does.
+    let device = gpu.as_ref().ok().map(|gpu| gpu.info());
+    let software = gpu.as_ref().ok().map(|gpu| gpu.is_cpu());
+    console.object(&serde_json::json!({ "findings": findings, "device": device, "software": software }))?;
     match findings.iter().find(|f| f.needed && !f.ok) {
         None => Ok(()),
         Some(f) => anyhow::bail!("{}: {}; {}", f.what, f.found, f.mend.unwrap_or("see the documentation")),
     }
 }
 
-const MEND_VULKAN: &str = "apt-get install libvulkan1 mesa-vulkan-drivers (or your graphics card's own driver)";
+const MEND_VULKAN: &str = "apt-get install libvulkan1 mesa-vulkan-drivers (or your graphics card's own driver); without the right to install: docs/cluster.md";
+const MEND_CARD: &str =
+    "install the card's Vulkan driver; on a cluster ask for a card (Slurm: --gres=gpu:1) and see docs/cluster.md";
 
 fn devices() -> Finding {
     let (ok, found) = match list_devices() {
@@ -76,18 +81,32 @@ fn devices() -> Finding {
     Finding { what: "Vulkan devices", ok, needed: true, found, mend: Some(MEND_VULKAN) }
 }
 
-fn opened(name: Option<&str>) -> Finding {
-    let describe = |gpu: Rc<Gpu>| {
+fn opened(gpu: &Result<Rc<Gpu>, GpuError>) -> Finding {
+    let describe = |gpu: &Rc<Gpu>| {
         let info = gpu.info();
         let speed = if gpu.is_cpu() { ", software: pictures are kept small" } else { "" };
         let rays = if gpu.has_ray_query() { ", ray queries" } else { "" };
         format!("{} · {} · Vulkan {}{rays}{speed}", info.name, info.driver, info.vulkan)
     };
-    let (ok, found) = match device::open(name).map(describe) {
+    let (ok, found) = match gpu.as_ref().map(describe) {
         Ok(found) => (true, found),
         Err(error) => (false, error.to_string()),
     };
     Finding { what: "device in use", ok, needed: true, found, mend: Some(MEND_VULKAN) }
+}
+
+/// Whether hardware renders: software gives the same kind of pictures, later, and with addresses of their own.
+fn card(gpu: Option<&Gpu>, needed: bool) -> Finding {
+    let (ok, found) = match gpu {
+        Some(gpu) if gpu.is_cpu() => {
+            let cores = std::thread::available_parallelism().map_or(1, usize::from);
+            let addresses = "stimuli and references are kept apart from those of graphics cards (kind `cpu`)";
+            (false, format!("none in use: the processor renders, on {cores} cores; {addresses}"))
+        }
+        Some(gpu) => (true, format!("{} ({})", gpu.info().name, gpu.info().kind)),
+        None => (false, "none, and nothing else that renders".to_owned()),
+    };
+    Finding { what: "graphics card", ok, needed, found, mend: Some(MEND_CARD) }
 }
 
 fn validation() -> Finding {

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::WrongUsage;
 use super::study::find_study;
 use crate::console::{self, Console};
 use crate::scene::head_path::GENERIC;
@@ -21,9 +20,10 @@ pub struct Args {
     /// The folder of prepared stimuli.
     #[arg(long, default_value = "store")]
     store: PathBuf,
-    /// One part of the work, `i/n` with i from 0 to n − 1.
+    /// One part of the work, `i/n` with i from 0 to n − 1; the same command without it then finds all there. For many
+    /// machines: docs/cluster.md.
     #[arg(long, value_name = "i/n")]
-    shard: Option<String>,
+    shard: Option<Shard>,
     /// List what is missing and estimate the time; render nothing.
     #[arg(long)]
     dry_run: bool,
@@ -131,10 +131,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
 /// As [`run`].
 pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRenderer) -> anyhow::Result<()> {
     let study = find_study(&args.study)?;
-    let shard = match &args.shard {
-        Some(text) => text.parse::<Shard>().map_err(|e| WrongUsage(format!("--shard: {e}")))?,
-        None => Shard::WHOLE,
-    };
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
     let store = Store::new(&args.store);
     let report = if args.dry_run {
         prepare::survey(&study.definition, &store, renderer, shard)?
@@ -161,6 +158,11 @@ pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRender
         list.iter().for_each(|label| console.line(format!("{did} ({what}): {label}")));
     }
     let needed = report.missing.len() + report.damaged.len();
+    if report.whole.len() + needed == 0 {
+        let all = prepare::requests(&study.definition, Shard::WHOLE).len();
+        console.line(format!("part {shard} has nothing to do: the study has {all} stimuli"));
+        return Ok(());
+    }
     console.line(format!("{} whole, {needed} {did}{estimate}", report.whole.len()));
     Ok(())
 }

@@ -6,6 +6,7 @@
 
 pub mod ao;
 mod equal_time;
+mod kept;
 mod plan;
 mod plot;
 mod ratios;
@@ -16,6 +17,7 @@ mod run;
 mod sample;
 pub mod sequence;
 mod sheet;
+mod subject;
 mod summary;
 mod tables;
 mod times;
@@ -26,12 +28,18 @@ use std::rc::Rc;
 
 use cyclopean_analysis::escape;
 use cyclopean_analysis::files::{self, WriteError};
+use cyclopean_analysis::parts;
+
+use sha2::{Digest, Sha256};
 
 use crate::console::{Console, Interrupted};
 use crate::gpu::{Gpu, GpuError};
 use crate::picture::{self, PictureError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
+
+use kept::{Content, Kept};
+use subject::Subject;
 
 pub use plan::{Fallbacks, Options};
 pub use report::{Failure, Report, SceneReport};
@@ -70,25 +78,106 @@ impl CompareError {
     }
 }
 
+/// What a comparison found out about one scene.
+#[derive(Debug)]
+pub struct Done {
+    pub report: SceneReport,
+    /// One a fallback; empty unless asked for.
+    pub sheets: Vec<Sheet>,
+}
+
+/// A picture of what the methods show.
+#[derive(Debug)]
+pub struct Sheet {
+    /// What unknown rays see in it.
+    pub fallback: String,
+    pub png: Vec<u8>,
+}
+
+/// Compares on one scene. With `options.keep`, results that are kept there are taken, which is said on standard error,
+/// and nothing is rendered; new ones are kept as soon as the scene is measured. `options.out` is not used.
+///
+/// # Errors
+/// The scene cannot be compared, or its results not be kept.
+pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<Done, CompareError> {
+    let subject = Subject::load(name, options)?;
+    let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, &subject, options)).transpose()?;
+    let content = match kept.as_ref().and_then(|kept| kept.find(options, console)) {
+        Some(content) => content,
+        None => {
+            let content = Content::new(run::scene(gpu, &subject, options, console)?);
+            kept.as_ref().map_or(Ok(()), |kept| kept.keep(&content, console))?;
+            content
+        }
+    };
+    if !options.sheets {
+        return Ok(Done { report: content.scene, sheets: Vec::new() });
+    }
+    if let Some(sheets) = kept.as_ref().and_then(|kept| kept.find_sheets(&content, console)) {
+        return Ok(Done { report: content.scene, sheets });
+    }
+    let drawn = sheet::sheets(gpu, &subject, options, console)?.into_iter().map(|(fallback, canvas)| {
+        let png = picture::encode_png(Path::new(name), canvas.width, canvas.height, &canvas.rgb)?;
+        Ok(Sheet { fallback, png })
+    });
+    let sheets = drawn.collect::<Result<Vec<_>, CompareError>>()?;
+    let report = content.scene.clone();
+    kept.map_or(Ok(()), |kept| kept.keep_sheets(content, &sheets, console))?;
+    Ok(Done { report, sheets })
+}
+
+/// What [`part`] leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaves {
+    /// Results in `options.keep`, and the references that they need.
+    Results,
+    /// References in `options.cache`.
+    References,
+}
+
+/// Does the work of a comparison on some of its scenes, for a report to be written by another run that finds it done.
+/// Gives the scenes that failed.
+///
+/// # Errors
+/// A folder that cannot be made, or Ctrl-C.
+pub fn part(
+    gpu: &Rc<Gpu>,
+    scenes: &[String],
+    options: &Options,
+    leaves: Leaves,
+    console: &Console,
+) -> Result<Vec<Failure>, CompareError> {
+    make_folder(&options.cache)?;
+    let mut failed = Vec::new();
+    for name in scenes {
+        let done = match leaves {
+            Leaves::Results => scene(gpu, name, options, console).map(drop),
+            Leaves::References => {
+                Subject::load(name, options).and_then(|s| s.reference(gpu, options, console)).map(drop)
+            }
+        };
+        match done {
+            Ok(()) => console.line(format!("{name}: done")),
+            Err(error) => keep_failure(&mut failed, name, error, console)?,
+        }
+    }
+    Ok(failed)
+}
+
 /// Compares on each scene, writing `compare.json`, `compare.md`, the scene's plots and, if asked for, its sheets into
 /// `options.out` after each: what is done stays, whatever happens to the next. A scene that fails is in the report's
-/// `failed`.
+/// `failed`. See [`scene`] for what is kept.
 ///
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
 pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Console) -> Result<Report, CompareError> {
     // Fail before the work, not after it.
-    for folder in [&options.out, &options.cache] {
-        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
-    }
+    [&options.out, &options.cache].into_iter().chain(&options.keep).try_for_each(|folder| make_folder(folder))?;
+    sweep(options)?;
     let mut report = Report::new(gpu.info().clone(), options);
     for name in scenes {
-        let done = run::scene(gpu, name, options, console).and_then(|done| {
-            let sheets = if options.sheets { sheet::sheets(gpu, name, options, console)? } else { Vec::new() };
-            Ok((done, sheets))
-        });
-        match done {
-            Ok((done, sheets)) => {
+        match scene(gpu, name, options, console) {
+            Ok(Done { report: done, sheets }) => {
                 let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
                 for (fallback, svg) in plot::plots(&done) {
                     let file = format!("{}.svg", stem(&done, &fallback, before));
@@ -99,9 +188,9 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
                     let file = format!("{}_{family}_knob.svg", stem(&done, &knob.fallback, before));
                     files::write_bytes(&options.out.join(file), knob.svg.as_bytes())?;
                 }
-                for (fallback, sheet) in sheets {
-                    let path = options.out.join(format!("{}_steps.png", stem(&done, &fallback, before)));
-                    picture::write_png(&path, sheet.width, sheet.height, &sheet.rgb)?;
+                for sheet in sheets {
+                    let file = format!("{}_steps.png", stem(&done, &sheet.fallback, before));
+                    files::write_bytes(&options.out.join(file), &sheet.png)?;
                 }
                 report.scenes.push(done);
             }
@@ -111,6 +200,19 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
         write(&options.out, &report)?;
     }
     Ok(report)
+}
+
+fn make_folder(folder: &Path) -> Result<(), CompareError> {
+    std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.to_owned(), source })
+}
+
+/// Removes what runs that were killed have left half-made.
+fn sweep(options: &Options) -> Result<(), WriteError> {
+    let kept = ["paths", "light"].map(|name| options.cache.join(name));
+    for path in [&options.cache].into_iter().chain(&kept).chain(&options.keep) {
+        parts::sweep(path).map_err(|source| WriteError { path: path.clone(), source })?;
+    }
+    Ok(())
 }
 
 fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {
@@ -151,6 +253,10 @@ fn keep_failure(
     console.note(format!("{name}: {error}"));
     failed.push(Failure { scene: name.to_owned(), error: error.to_string() });
     Ok(())
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// The Markdown of a report: what `compare.md` holds.

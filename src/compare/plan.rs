@@ -27,6 +27,8 @@ pub struct Options {
     pub pixels_per_degree: f32,
     /// Where references are kept.
     pub cache: PathBuf,
+    /// Where results are kept, and taken from; none: every scene is measured.
+    pub keep: Option<PathBuf>,
     pub out: PathBuf,
     /// Pictures and enlarged crops of every method as well.
     pub sheets: bool,

@@ -39,8 +39,9 @@ fn quotient(own: Option<f64>, base: Option<f64>) -> Result<f64, &'static str> {
 
 impl LeftOut {
     /// Of this row.
-    pub fn of(row: &Row, measure: String, why: &'static str) -> LeftOut {
-        LeftOut { method: row.method.clone(), spp: row.spp, fallback: row.fallback.clone(), measure, why }
+    pub fn of(row: &Row, measure: String, why: &str) -> LeftOut {
+        let (method, fallback) = (row.method.clone(), row.fallback.clone());
+        LeftOut { method, spp: row.spp, fallback, measure, why: why.to_owned() }
     }
 }
 
@@ -48,10 +49,10 @@ impl LeftOut {
 pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Ratio> {
     let mut ratios = Vec::new();
     for (row, base) in peers(rows, baseline) {
-        let mut add = |measure: &'static str, own, theirs, interval: Option<[f64; 2]>| match quotient(own, theirs) {
+        let mut add = |measure: &str, own, theirs, interval: Option<[f64; 2]>| match quotient(own, theirs) {
             Ok(ratio) => {
                 let (method, fallback) = (row.method.clone(), row.fallback.clone());
-                ratios.push(Ratio { method, spp: row.spp, fallback, measure, ratio, interval });
+                ratios.push(Ratio { method, spp: row.spp, fallback, measure: measure.to_owned(), ratio, interval });
             }
             Err(why) => left_out.push(LeftOut::of(row, measure.to_owned(), why)),
         };
@@ -62,7 +63,7 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
             let (own, theirs) = (of(row), of(base));
             add(name, mean(&own), mean(&theirs), ratio_of_means(&own, &theirs).1);
         }
-        let mut both = |measure: &'static str, f: fn(&Row) -> Option<f64>, without: Option<Group>| {
+        let mut both = |measure: &str, f: fn(&Row) -> Option<f64>, without: Option<Group>| {
             let interval = without.and_then(|of| over_groups([(row, f(row)?), (base, f(base)?)], of));
             add(measure, f(row), f(base), interval);
         };

@@ -11,11 +11,10 @@ use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::files;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
-use super::CompareError;
 use super::plan::Options;
 use super::trail::Trail;
+use super::{CompareError, sha256};
 use crate::console::{Console, Progress, check_interrupted};
 use crate::gpu::Gpu;
 use crate::metrics::Pairs;
@@ -23,7 +22,7 @@ use crate::metrics::pairs::{self, EyeSurfaces, Surfaces};
 use crate::picture::{self, Part, PictureError, StereoPicture};
 use crate::render::geometry::EyeGeometry;
 use crate::render::{Geometry, Prepared, Renderer, Settings, identity};
-use crate::scene::{Fallback, StereoCamera};
+use crate::scene::{Fallback, Scene, StereoCamera};
 
 /// Far from the rounds' seeds, which begin at 0: equal seeds would share random numbers.
 const SEEDS: [u32; 2] = [1_000_001, 1_000_002];
@@ -56,7 +55,7 @@ pub struct Reference {
     pub again: [StereoPicture; 2],
 }
 
-/// What is stored of a reference, written last: without it the folder holds nothing.
+/// What is stored of a reference, written last.
 #[derive(Debug, Serialize, Deserialize)]
 struct Manifest {
     version: u32,
@@ -97,25 +96,11 @@ impl Reference {
         options: &Options,
         console: &Console,
     ) -> Result<Reference, CompareError> {
-        let method = &options.reference;
-        // Paths see the geometry: neither fade, fallback nor filter changes them, and none shall make another reference.
-        let neutral = Settings::default();
-        let settings = Settings {
-            seed: SEEDS[0],
-            fallback: Some(Fallback::Black),
-            edge_fade: neutral.edge_fade,
-            reuse_radius: neutral.reuse_radius,
-            max_steps: neutral.max_steps,
-            reuse: neutral.reuse,
-            firefly: neutral.firefly,
-            shading_reuse: neutral.shading_reuse,
-            ..options.settings.clone()
-        };
+        let (method, settings) = (&options.reference, settings(options));
         let of = |spp: u32| method.clone().with_exactly(spp);
-        let key =
-            |renderer: &Renderer, spp: u32| identity(renderer.scene(), camera, &of(spp), &settings, gpu.info().kind);
-        // Paths are the same, whatever their number.
-        let any = key(renderer, 1)?;
+        let kind = gpu.info().kind;
+        let key = |renderer: &Renderer, spp: u32| identity(renderer.scene(), camera, &of(spp), &settings, kind);
+        let any = any_number(renderer.scene(), camera, options, kind)?;
         let mut trails = [0, 1].map(|number| Trail::open(&options.cache, &any, number));
         let most = method.samples();
         let count = options.until.map_or(Some(most), |until| trails[0].count_for(until, most));
@@ -164,9 +149,15 @@ impl Reference {
             .ok()
     }
 
+    /// Stores it, unless another program has stored it meanwhile.
     fn write(&self, scene: &str) -> Result<(), CompareError> {
-        let folder = &self.folder;
-        std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.clone(), source })?;
+        let cache = self.folder.parent().unwrap_or(Path::new("."));
+        super::make_folder(cache)?;
+        let is_whole = || Reference::read(&self.key, &self.folder).is_ok();
+        files::write_folder(&self.folder, is_whole, |folder| self.fill(scene, folder))
+    }
+
+    fn fill(&self, scene: &str, folder: &Path) -> Result<(), CompareError> {
         let parts = [
             Part { layer: "", picture: &self.linear },
             Part { layer: "reflection", picture: &self.reflection },
@@ -216,6 +207,44 @@ impl Reference {
             again: [read(AGAIN, "")?, read(AGAIN, "reflection")?],
         })
     }
+}
+
+/// Paths see the geometry: neither fade, fallback nor filter changes them, and none shall make another reference.
+fn settings(options: &Options) -> Settings {
+    let neutral = Settings::default();
+    Settings {
+        seed: SEEDS[0],
+        fallback: Some(Fallback::Black),
+        edge_fade: neutral.edge_fade,
+        reuse_radius: neutral.reuse_radius,
+        max_steps: neutral.max_steps,
+        reuse: neutral.reuse,
+        firefly: neutral.firefly,
+        shading_reuse: neutral.shading_reuse,
+        ..options.settings.clone()
+    }
+}
+
+/// What the paths of a view follow from: they are the same, whatever their number.
+fn any_number(
+    scene: &Scene,
+    camera: &StereoCamera,
+    options: &Options,
+    device_kind: &str,
+) -> Result<String, serde_json::Error> {
+    identity(scene, camera, &options.reference.clone().with_exactly(1), &settings(options), device_kind)
+}
+
+/// Everything that the reference of a view, its second one and its pairs follow from.
+pub fn follows_from(
+    scene: &Scene,
+    camera: &StereoCamera,
+    options: &Options,
+    device_kind: &str,
+) -> Result<serde_json::Value, serde_json::Error> {
+    let paths = any_number(scene, camera, options, device_kind)?;
+    let (spp, until) = (options.reference.samples(), options.until);
+    Ok(serde_json::json!({ "version": VERSION, "seeds": SEEDS, "paths": paths, "spp": spp, "until": until }))
 }
 
 /// Renders a frame from the sums that are kept, and keeps its own, also what Ctrl-C leaves of them.
@@ -271,8 +300,4 @@ fn rays(geometry: &Geometry, like: &StereoPicture) -> StereoPicture {
 pub(super) fn black(like: &StereoPicture) -> StereoPicture {
     let eyes = [0, 1].map(|eye: usize| vec![[0.0; 3]; like.eyes[eye].len()]);
     StereoPicture { width: like.width, height: like.height, eyes }
-}
-
-fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::plan::Options;
 use super::times::Groups;
@@ -38,7 +38,7 @@ pub struct Failure {
 }
 
 /// One scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SceneReport {
     pub scene: String,
     pub scene_sha256: String,
@@ -63,18 +63,18 @@ pub struct SceneReport {
 }
 
 /// A comparison with the baseline that has no ratio.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
     /// As [`Summary::measure`].
     pub measure: String,
-    pub why: &'static str,
+    pub why: String,
 }
 
 /// What the reference is worth.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReferenceReport {
     /// Its folder in the cache.
     pub key: String,
@@ -86,7 +86,7 @@ pub struct ReferenceReport {
 }
 
 /// Pairs of pixels, see `metrics::pairs`.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct PairsReport {
     pub candidates: u64,
     pub used: u64,
@@ -100,7 +100,7 @@ pub struct PairsReport {
 }
 
 /// One method with its samples and fallback.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
     /// Without `@N`.
     pub method: String,
@@ -143,29 +143,29 @@ pub struct Row {
 }
 
 /// One eye of a row: means over the seeds.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EyeReport {
     /// `mse`, `rse`, `relmse`, `tonemapped_mse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of
     /// the tone-mapped composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`,
     /// `composite_tonemapped_mse`; `fireflies` of the composite per million pixels that trace. Null: undefined.
     #[serde(flatten)]
-    pub means: BTreeMap<&'static str, Option<f64>>,
+    pub means: BTreeMap<String, Option<f64>>,
     pub bias2: Option<f64>,
     pub variance: Option<f64>,
     /// 95 % Student t over the seeds, by measure.
-    pub intervals: BTreeMap<&'static str, [f64; 2]>,
+    pub intervals: BTreeMap<String, [f64; 2]>,
 }
 
 /// Values by round.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Rounds {
     pub ms: Vec<Groups>,
     /// By measure, mean of the eyes.
-    pub measures: BTreeMap<&'static str, Vec<f64>>,
+    pub measures: BTreeMap<String, Vec<f64>>,
 }
 
 /// A measure of a method over the baseline's with as many samples.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ratio {
     pub method: String,
     pub spp: u32,
@@ -173,7 +173,7 @@ pub struct Ratio {
     /// `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`,
     /// `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`, `variance` (means of the eyes),
     /// `systematic_inconsistency`, `systematic_unbiased` (of `squared`), `noise_variance`.
-    pub measure: &'static str,
+    pub measure: String,
     /// Of the means over seeds; below 1: the method is better.
     pub ratio: f64,
     /// 95 % Student t of its logarithm over pairs of seeds; for consistency, which has no value a seed, the delete-a-group
@@ -182,7 +182,7 @@ pub struct Ratio {
 }
 
 /// Errors at equal time: the method's and the baseline's, means of the eyes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EqualTime {
     pub method: String,
     pub spp: u32,
@@ -206,7 +206,7 @@ pub struct EqualTime {
 }
 
 /// Time over the baseline's.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Overhead {
     pub method: String,
     pub spp: u32,
@@ -241,7 +241,7 @@ pub struct Summary {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneLeftOut {
     pub scene: String,
-    pub why: &'static str,
+    pub why: String,
 }
 
 impl Report {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use std::sync::Arc;
 
 use cyclopean_analysis::interval::student_t;
 
@@ -10,6 +9,7 @@ use super::CompareError;
 use super::plan::{Configuration, Options, base_name};
 use super::reference::Reference;
 use super::report::{EyeReport, PairsReport, ReferenceReport, Rounds, Row, SceneReport, by_percent};
+use super::subject::Subject;
 use super::times::{self, Groups};
 use super::{equal_time, ratios};
 use crate::console::{Console, check_interrupted};
@@ -17,8 +17,8 @@ use crate::gpu::Gpu;
 use crate::metrics::stereo::{Consistency, share_beyond};
 use crate::metrics::{Agreement, Fireflies, Judge, Moments};
 use crate::picture::StereoPicture;
-use crate::render::{FrameReport, Prepared, Renderer, Settings};
-use crate::scene::{self, Fallback, Scene, View};
+use crate::render::{FrameReport, Prepared, Settings};
+use crate::scene::Fallback;
 
 /// What is measured of each eye in each round.
 const MEASURES: [&str; 12] = [
@@ -38,16 +38,18 @@ const MEASURES: [&str; 12] = [
 
 type Measured = [Option<f64>; MEASURES.len()];
 
-/// Compares on one scene.
+/// Measures one scene.
 ///
 /// # Errors
 /// [`CompareError`]; nothing of the scene is kept but its reference.
-pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<SceneReport, CompareError> {
-    let scene = Arc::new(scene::load_with(name, options.loading)?);
-    let view = view(&scene, options.view.as_deref())?;
-    let camera = view.stereo_camera(options.settings.aspect());
-    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));
-    let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
+pub fn scene(
+    gpu: &Rc<Gpu>,
+    subject: &Subject,
+    options: &Options,
+    console: &Console,
+) -> Result<SceneReport, CompareError> {
+    let Subject { scene, view, camera } = subject;
+    let (mut renderer, reference) = subject.reference(gpu, options, console)?;
     let masks = [0, 1].map(|eye| reference.mask(eye));
     let traced: usize = masks.iter().flatten().filter(|m| **m).count();
     if traced == 0 {
@@ -57,9 +59,9 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
 
     let agreement = Agreement::new(&reference.pairs, reference.linear.eyes(), reference.again[0].eyes());
     let mut runs = Vec::new();
-    for configuration in options.configurations(&scene) {
+    for configuration in options.configurations(scene) {
         let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
-        let prepared = renderer.prepare(&camera, &configuration.method, &settings)?;
+        let prepared = renderer.prepare(camera, &configuration.method, &settings)?;
         runs.push(Run::new(configuration, prepared, &reference, &agreement));
     }
     rounds(&mut runs, &masks, &judges, options.seeds, &scene.name, console)?;
@@ -96,19 +98,6 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
         left_out,
         baseline,
         results,
-    })
-}
-
-/// The scene's view of this name; its first by default.
-pub(super) fn view<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a View, CompareError> {
-    let found = match name {
-        None => scene.views.first(),
-        Some(name) => scene.views.iter().find(|v| v.name == name),
-    };
-    found.ok_or_else(|| CompareError::NoView {
-        scene: scene.name.clone(),
-        view: name.unwrap_or("").to_owned(),
-        known: scene.views.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", "),
     })
 }
 
@@ -247,7 +236,11 @@ impl<'a> Run<'a> {
         let eye = |eye: usize| {
             let split = self.moments[eye].split(masked(&reference.reflection.eyes[eye], &masks[eye]));
             EyeReport {
-                means: MEASURES.iter().enumerate().map(|(m, name)| (*name, mean(&self.series(eye, m)))).collect(),
+                means: MEASURES
+                    .iter()
+                    .enumerate()
+                    .map(|(m, name)| ((*name).to_owned(), mean(&self.series(eye, m))))
+                    .collect(),
                 bias2: split.map(|s| s.bias2),
                 variance: split.map(|s| s.variance),
                 intervals: self.intervals(eye),
@@ -289,19 +282,24 @@ impl<'a> Run<'a> {
         values.unwrap_or_default()
     }
 
-    fn intervals(&self, eye: usize) -> BTreeMap<&'static str, [f64; 2]> {
+    fn intervals(&self, eye: usize) -> BTreeMap<String, [f64; 2]> {
         let interval = |m: usize| {
             let i = student_t(&self.series(eye, m), 0.95);
             Some([i.lo?, i.hi?])
         };
-        MEASURES.iter().enumerate().filter_map(|(m, name)| Some((*name, interval(m)?))).collect()
+        MEASURES.iter().enumerate().filter_map(|(m, name)| Some(((*name).to_owned(), interval(m)?))).collect()
     }
 
-    fn by_round(&self) -> BTreeMap<&'static str, Vec<f64>> {
+    fn by_round(&self) -> BTreeMap<String, Vec<f64>> {
         let both = |m: usize| -> Vec<f64> {
             self.series(0, m).iter().zip(self.series(1, m)).map(|(l, r)| (l + r) / 2.0).collect()
         };
-        MEASURES.iter().enumerate().map(|(m, name)| (*name, both(m))).filter(|(_, v)| !v.is_empty()).collect()
+        MEASURES
+            .iter()
+            .enumerate()
+            .map(|(m, name)| ((*name).to_owned(), both(m)))
+            .filter(|(_, v)| !v.is_empty())
+            .collect()
     }
 }
 

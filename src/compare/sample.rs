@@ -7,9 +7,9 @@ use super::report::{EyeReport, PairsReport, Ratio, ReferenceReport, Rounds, Row,
 
 /// A row with this median reflection time, all of it trace and resolve, and these measures, the same in both eyes and
 /// in every one of two rounds.
-pub fn row(method: &str, spp: u32, ms: f64, measures: &[(&'static str, f64)]) -> Row {
+pub fn row(method: &str, spp: u32, ms: f64, measures: &[(&str, f64)]) -> Row {
     let eye = EyeReport {
-        means: measures.iter().map(|(name, value)| (*name, Some(*value))).collect(),
+        means: measures.iter().map(|(name, value)| ((*name).to_owned(), Some(*value))).collect(),
         bias2: None,
         variance: None,
         intervals: BTreeMap::new(),
@@ -40,15 +40,16 @@ pub fn row(method: &str, spp: u32, ms: f64, measures: &[(&'static str, f64)]) ->
         clamped: 0,
         rounds: Rounds {
             ms: vec![times; 2],
-            measures: measures.iter().map(|(name, value)| (*name, vec![*value; 2])).collect(),
+            measures: measures.iter().map(|(name, value)| ((*name).to_owned(), vec![*value; 2])).collect(),
         },
     }
 }
 
 /// A ratio of a row.
-pub fn ratio(row: &Row, measure: &'static str, ratio: f64) -> Ratio {
+pub fn ratio(row: &Row, measure: &str, ratio: f64) -> Ratio {
     let interval = Some([ratio * 0.97, ratio * 1.03]);
-    Ratio { method: row.method.clone(), spp: row.spp, fallback: row.fallback.clone(), measure, ratio, interval }
+    let (method, fallback, measure) = (row.method.clone(), row.fallback.clone(), measure.to_owned());
+    Ratio { method, spp: row.spp, fallback, measure, ratio, interval }
 }
 
 /// A scene of these rows with `sssr` as its baseline and no ratios.

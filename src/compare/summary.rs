@@ -4,13 +4,13 @@ use super::ratios::geometric;
 use super::report::{SceneLeftOut, SceneReport, Summary};
 
 /// What one scene says of a measure: its ratio, or why it has none.
-type Vote = Result<f64, &'static str>;
+type Vote<'a> = Result<f64, &'a str>;
 
 /// Geometric means over the scenes, each scene one vote.
 pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
     let mut groups: Vec<(Summary, Vec<f64>)> = Vec::new();
     for scene in scenes {
-        let mut add = |(method, spp, fallback): (&str, u32, &str), measure: String, vote: Vote| {
+        let mut add = |(method, spp, fallback): (&str, u32, &str), measure: String, vote: Vote<'_>| {
             let same = |s: &Summary| {
                 (s.method.as_str(), s.spp, s.fallback.as_str()) == (method, spp, fallback) && s.measure == measure
             };
@@ -21,7 +21,7 @@ pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
             let (summary, ratios) = &mut groups[at];
             match vote {
                 Ok(ratio) => ratios.push(ratio),
-                Err(why) => summary.left_out.push(SceneLeftOut { scene: scene.scene.clone(), why }),
+                Err(why) => summary.left_out.push(SceneLeftOut { scene: scene.scene.clone(), why: why.to_owned() }),
             }
         };
         for r in &scene.overhead {
@@ -39,7 +39,7 @@ pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
             }
         }
         for l in &scene.left_out {
-            add((&l.method, l.spp, &l.fallback), l.measure.clone(), Err(l.why));
+            add((&l.method, l.spp, &l.fallback), l.measure.clone(), Err(&l.why));
         }
     }
     groups.into_iter().map(|(summary, ratios)| summary.of(&ratios)).collect()
@@ -87,7 +87,7 @@ mod tests {
         let noise = of("noise_variance");
         assert!((noise.geomean.expect("two scenes") - 1.0).abs() < 1e-12);
         assert_eq!((noise.scenes, noise.worst), (2, Some(2.0)));
-        assert_eq!(noise.left_out, [SceneLeftOut { scene: "wine".to_owned(), why: "nothing to divide by" }]);
+        assert_eq!(noise.left_out, [SceneLeftOut { scene: "wine".to_owned(), why: "nothing to divide by".to_owned() }]);
         let mse = of("mse");
         assert_eq!((mse.geomean, mse.worst, mse.scenes, mse.left_out.len()), (None, None, 0, 3));
     }

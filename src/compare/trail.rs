@@ -44,7 +44,7 @@ impl Trail {
     /// Of the reference that `key` names, `number` its seed's.
     pub fn open(cache: &Path, key: &str, number: usize) -> Trail {
         let file = cache.join("paths").join(format!("{key}-{number}.paths"));
-        let so_far = files::read(&file, MOST_KEPT).ok().and_then(|bytes| SoFar::decode(&bytes));
+        let so_far = SoFar::read(&file);
         Trail { file, so_far }
     }
 
@@ -70,6 +70,8 @@ impl Trail {
         if sums.is_none() && checks.is_empty() {
             return Ok(());
         }
+        // Another program may have come further since.
+        self.so_far = SoFar::read(&self.file);
         let pixels = |sums: &Option<Sums>| -> Option<Vec<u32>> {
             Some(sums.as_ref()?.pixels.iter().map(KeptPixel::packed).collect())
         };
@@ -92,6 +94,10 @@ impl Trail {
 }
 
 impl SoFar {
+    fn read(file: &Path) -> Option<SoFar> {
+        files::read(file, MOST_KEPT).ok().and_then(|bytes| SoFar::decode(&bytes))
+    }
+
     fn encode(&self) -> Result<Vec<u8>, serde_json::Error> {
         let samples = self.sums.as_ref().map(|s| s.samples);
         let mut rest = serde_json::to_vec(&Header { version: VERSION, samples, checks: self.checks.clone() })?;

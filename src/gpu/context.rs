@@ -162,6 +162,11 @@ impl Gpu {
         self.ray_tracing.is_some()
     }
 
+    /// The validation layer watches, which takes time.
+    pub fn has_validation(&self) -> bool {
+        self.messenger.is_some()
+    }
+
     pub(super) fn ray_tracing(&self) -> Result<&RayTracing, GpuError> {
         let lacks = || GpuError::Lacks { device: self.info.name.clone(), what: "ray queries".to_owned() };
         self.ray_tracing.as_ref().ok_or_else(lacks)

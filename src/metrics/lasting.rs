@@ -7,7 +7,7 @@
 //! ways round, is (S² − Q)/(n(n − 1)) − h², S = Σ C_i, Q = Σ C_i².
 
 use cyclopean_analysis::special::student_upper;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::jackknife::{self, Figure, GROUPS};
 use super::pairs::{MATCH, Pairs};
@@ -50,7 +50,7 @@ pub struct Lasting<'a> {
 }
 
 /// The squared lasting contrast of the pairs that the reference does not have itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unbiased {
     /// Mean over pairs of the average of (D_i − R₁)(D_j − R₂) over i ≠ j, over the pair's squared mean luminance: the
     /// references' or the method's over all seeds, whichever is larger. Noise alone estimates 0 on average and may well give a value below 0.
@@ -62,7 +62,7 @@ pub struct Unbiased {
 }
 
 /// Figures without each group of seeds in turn, from which intervals are made; empty where the seeds are too few.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Without {
     /// Seeds in each group: round r, counted from 1, belongs to group (r − 1) modulo 8.
     pub seeds: Vec<u32>,

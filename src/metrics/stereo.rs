@@ -4,7 +4,7 @@
 //! inconsistency is that of the mean over seeds: missing geometry and fades. *Noise* inconsistency is the spread of
 //! L − R over seeds, and the contrast within single frames.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::lasting::{Agreement, Lasting, OverSeeds, chance, share};
 use super::luminance;
@@ -41,7 +41,7 @@ pub struct Inconsistency {
 }
 
 /// Contrast of the means over n seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Systematic {
     /// Estimate of the share π of pairs that differ whatever the seed: (`raw` − `by_chance`) / (1 − `by_chance`),
     /// not below 0 (Storey 2002 with a threshold per pair). Noise alone estimates 0. Where a true difference can hide

@@ -7,35 +7,7 @@ use super::plan::Plan;
 use super::stimulus::{StimulusRenderer, StimulusRequest};
 use super::store::{Store, StoreError};
 
-/// One part of n: stimulus i belongs to part i mod n.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// From 0.
-    pub index: u32,
-    pub count: u32,
-}
-
-impl Shard {
-    /// All of it.
-    pub const WHOLE: Shard = Shard { index: 0, count: 1 };
-
-    fn takes(self, stimulus: usize) -> bool {
-        stimulus as u64 % u64::from(self.count.max(1)) == u64::from(self.index)
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    /// `i/n` with i from 0 to n − 1.
-    fn from_str(text: &str) -> Result<Shard, String> {
-        let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
-        match parsed {
-            Some((index, count)) if index < count => Ok(Shard { index, count }),
-            _ => Err(format!("`{text}` is not `i/n` with i from 0 to n − 1, such as 0/4")),
-        }
-    }
-}
+pub use crate::shard::Shard;
 
 /// What stands where for one stimulus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +30,7 @@ pub struct Report {
     pub estimate_seconds: Option<f64>,
 }
 
-/// Renders what is missing. `progress` is called once a stimulus, before it (`None`: the last is done).
+/// Renders what is missing; the whole also removes what preparations that were killed have left half-made. `progress` is called once a stimulus, before it (`None`: the last is done).
 ///
 /// # Errors
 /// The first stimulus that cannot be made; those before it are in the store. `progress` can end the work.
@@ -70,6 +42,9 @@ pub fn prepare(
     progress: &mut dyn FnMut(&StimulusRequest, Found) -> anyhow::Result<()>,
 ) -> anyhow::Result<Report> {
     let mut report = Report::default();
+    if shard == Shard::WHOLE {
+        store.sweep()?;
+    }
     for request in requests(definition, shard) {
         let (key, found) = look(store, renderer, &request)?;
         progress(&request, found)?;
@@ -118,8 +93,7 @@ pub fn survey(
 
 /// The stimuli of a shard.
 pub fn requests(definition: &Definition, shard: Shard) -> Vec<StimulusRequest> {
-    let all = Plan::all_stimuli(definition).into_iter().enumerate();
-    all.filter(|(i, _)| shard.takes(*i)).map(|(_, request)| request).collect()
+    shard.of(Plan::all_stimuli(definition)).collect()
 }
 
 fn look(store: &Store, renderer: &dyn StimulusRenderer, request: &StimulusRequest) -> anyhow::Result<(String, Found)> {

@@ -12,7 +12,8 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use cyclopean_analysis::files::{self, MOST_TEXT, WriteError, sync_directory};
+use cyclopean_analysis::files::{self, MOST_TEXT, WriteError};
+use cyclopean_analysis::parts;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -129,9 +130,11 @@ impl Store {
     pub fn check(&self, key: &str) -> Result<Option<Stored>, StoreError> {
         let folder = self.folder(key);
         let path = folder.join("stimulus.json");
+        // Asked first: an entry that appears meanwhile appears whole.
+        let is_there = folder.exists();
         let bytes = match files::read(&path, MOST_TEXT) {
             Ok(bytes) => bytes,
-            Err(e) if e.kind() == io::ErrorKind::NotFound && !folder.exists() => return Ok(None),
+            Err(e) if e.kind() == io::ErrorKind::NotFound && !is_there => return Ok(None),
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
                 return Err(StoreError::Damaged { path, what: "it is missing".to_owned() });
             }
@@ -170,26 +173,32 @@ impl Store {
         key: &str,
     ) -> Result<(), StoreError> {
         let folder = self.folder(key);
-        let parent = folder.parent().map_or_else(|| self.root.clone(), Path::to_path_buf);
-        let part = parent.join(format!(".{key}.{}.part", std::process::id()));
-        let io = |source| StoreError::Io { path: part.clone(), source };
-        fs::create_dir_all(&parent).map_err(io)?;
-        let _ = fs::remove_dir_all(&part);
-        fs::create_dir(&part).map_err(io)?;
-        let done = self.fill(renderer, request, key, &part).and_then(|()| {
-            if folder.exists() {
-                // Damaged, or another process was faster; both are the same bytes when whole.
-                if self.check(key).is_ok_and(|entry| entry.is_some()) {
-                    return fs::remove_dir_all(&part).map_err(io);
-                }
-                fs::remove_dir_all(&folder).map_err(io)?;
+        let parent = folder.parent().unwrap_or(&self.root);
+        fs::create_dir_all(parent).map_err(|source| StoreError::Io { path: parent.to_owned(), source })?;
+        // What stands there is damaged, or another process was faster; both are the same bytes when whole.
+        let is_whole = || self.check(key).is_ok_and(|entry| entry.is_some());
+        files::write_folder(&folder, is_whole, |part| self.fill(renderer, request, key, part))
+    }
+
+    /// Removes what programs that were killed have left of their writing; see [`parts::sweep`].
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn sweep(&self) -> Result<(), StoreError> {
+        let sweep = |path: PathBuf| parts::sweep(&path).map_err(|source| StoreError::Io { path, source });
+        sweep(self.root.join("requests"))?;
+        let objects = self.root.join("objects");
+        let entries = match fs::read_dir(&objects) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            entries => entries.map_err(|source| StoreError::Io { path: objects.clone(), source })?,
+        };
+        for entry in entries {
+            let folder = entry.map_err(|source| StoreError::Io { path: objects.clone(), source })?.path();
+            if folder.is_dir() {
+                sweep(folder)?;
             }
-            fs::rename(&part, &folder).and_then(|()| sync_directory(&parent)).map_err(io)
-        });
-        if done.is_err() {
-            let _ = fs::remove_dir_all(&part);
         }
-        done
+        Ok(())
     }
 
     fn fill(

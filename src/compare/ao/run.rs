@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::AoOptions;
 use super::path;
 use super::report::{AoRow, AoScene, Oracle};
-use crate::compare::{CompareError, ratios, reference, run};
+use crate::compare::{CompareError, ratios, reference, subject};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::{Gpu, PassTime};
 use crate::metrics::{ambient, mean};
@@ -28,7 +28,7 @@ pub type Visibility = [Vec<f32>; 2];
 /// [`CompareError`].
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) -> Result<AoScene, CompareError> {
     let scene = Arc::new(scene::load_with(name, options.loading)?);
-    let view = run::view(&scene, options.view.as_deref())?;
+    let view = subject::view(&scene, options.view.as_deref())?;
     let camera = view.stereo_camera(options.settings.aspect());
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
 

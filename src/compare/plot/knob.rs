@@ -128,7 +128,7 @@ fn measure(scene: &SceneReport, row: &Row, key: &str) -> Option<Value> {
     let same = |m: &str, spp: u32, fallback: &str, k: &str| {
         (m, spp, fallback, k) == (row.method.as_str(), row.spp, row.fallback.as_str(), key)
     };
-    let found = scene.equal_sample.iter().find(|r| same(&r.method, r.spp, &r.fallback, r.measure));
+    let found = scene.equal_sample.iter().find(|r| same(&r.method, r.spp, &r.fallback, &r.measure));
     let zero = || {
         let of = |r: &Row| match key {
             "systematic_inconsistency" => r.systematic_inconsistency,

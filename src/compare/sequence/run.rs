@@ -11,7 +11,7 @@ use super::report::{SequenceEqualTime, SequenceRow, SequenceScene};
 use crate::compare::equal_time::Curve;
 use crate::compare::plan::base_name;
 use crate::compare::times::{self, Groups};
-use crate::compare::{CompareError, ratios, reference, run};
+use crate::compare::{CompareError, ratios, reference, subject};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
 use crate::metrics::sequence::{Seen, before, disagreement, flicker, noise_flicker, parts};
@@ -40,7 +40,7 @@ pub fn scene(
     console: &Console,
 ) -> Result<SequenceScene, CompareError> {
     let scene = Arc::new(scene::load_with(name, options.loading)?);
-    let view = run::view(&scene, options.view.as_deref())?.clone();
+    let view = subject::view(&scene, options.view.as_deref())?.clone();
     let path = (options.path)(&scene, &view).map_err(CompareError::Path)?;
     let frames = path.frames_asked(options.frames).map_err(|e| CompareError::Path(e.to_string()))?;
     if frames < 2 {

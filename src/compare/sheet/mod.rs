@@ -9,16 +9,14 @@ mod seen;
 mod text;
 
 use std::rc::Rc;
-use std::sync::Arc;
 
 use super::CompareError;
 use super::plan::{Configuration, Options};
-use super::reference::Reference;
-use super::run::{fallback_name, view};
+use super::run::fallback_name;
+use super::subject::Subject;
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::render::{Method, Renderer, Settings};
-use crate::scene;
+use crate::render::{Method, Settings};
 
 pub use canvas::Canvas;
 use canvas::Rect;
@@ -64,20 +62,17 @@ struct Row {
 /// [`CompareError`].
 pub fn sheets(
     gpu: &Rc<Gpu>,
-    name: &str,
+    subject: &Subject,
     options: &Options,
     console: &Console,
 ) -> Result<Vec<(String, Canvas)>, CompareError> {
-    let scene = Arc::new(scene::load_with(name, options.loading)?);
-    let view = view(&scene, options.view.as_deref())?;
-    let camera = view.stereo_camera(options.settings.aspect());
-    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?.keep_light_in(options.cache.join("light"));
-    let reference = Reference::obtain(gpu, &mut renderer, &camera, options, console)?;
+    let Subject { scene, view, camera } = subject;
+    let (mut renderer, reference) = subject.reference(gpu, options, console)?;
     let mut shown: Vec<(Configuration, _)> = Vec::new();
     let mut pairs = Vec::new();
-    for configuration in options.configurations(&scene) {
+    for configuration in options.configurations(scene) {
         let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
-        let mut prepared = renderer.prepare(&camera, &configuration.method, &settings)?;
+        let mut prepared = renderer.prepare(camera, &configuration.method, &settings)?;
         prepared.set_seed(SEED, 0);
         prepared.frame(&mut |_, _| check_interrupted())?;
         if pairs.is_empty() {

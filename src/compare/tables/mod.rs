@@ -223,7 +223,7 @@ fn equal_sample(out: &mut String, scene: &SceneReport) {
     for r in scene.results.iter().filter(|r| r.method != scene.baseline) {
         let cell = |(_, measure): &(&str, &str)| {
             let same = |q: &&super::report::Ratio| {
-                (&q.method, q.spp, &q.fallback, q.measure) == (&r.method, r.spp, &r.fallback, *measure)
+                (&q.method, q.spp, &q.fallback, q.measure.as_str()) == (&r.method, r.spp, &r.fallback, *measure)
             };
             scene.equal_sample.iter().find(same).map_or_else(|| "–".to_owned(), |q| ratio(q.ratio, q.interval))
         };

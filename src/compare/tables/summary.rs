@@ -105,8 +105,10 @@ mod tests {
             scenes,
             left_out,
         };
-        let wine =
-            || SceneLeftOut { scene: "wine".to_owned(), why: "the baseline's is 0, so there is nothing to divide by" };
+        let wine = || SceneLeftOut {
+            scene: "wine".to_owned(),
+            why: "the baseline's is 0, so there is nothing to divide by".to_owned(),
+        };
         let all = [
             summary_of("mse", 5, Some(0.5), Vec::new()),
             summary_of("noise_variance", 4, Some(0.25), vec![wine()]),

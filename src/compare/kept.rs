@@ -1,0 +1,256 @@
+//! What was measured of a scene, on disk: found again by the hash of everything that its numbers follow from.
+//!
+//! ```text
+//! KEY.json            the scene's part of a report, behind its digest
+//! KEY_FALLBACK.png    a sheet, where sheets were asked for; its digest stands in KEY.json
+//! ```
+//! A file that is not what was written counts as none, which is said.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use chrono::{DateTime, SecondsFormat, Utc};
+use cyclopean_analysis::files;
+use serde::{Deserialize, Serialize};
+
+use super::plan::{Options, base_name};
+use super::reference;
+use super::report::SceneReport;
+use super::run::fallback_name;
+use super::subject::Subject;
+use super::{CompareError, Sheet, sha256};
+use crate::console::Console;
+use crate::gpu::Gpu;
+use crate::render::{Settings, fast_ray_queries, identity};
+
+/// Of the files' layout, and of what the numbers in them mean: another one is measured again.
+const VERSION: u32 = 1;
+
+/// The most bytes of a file: the rounds of a hundred thousand seeds.
+const MOST_KEPT: u64 = 4 << 30;
+
+/// Where the results of one scene with these options are kept, whether they are there or not.
+pub struct Kept {
+    folder: PathBuf,
+    key: String,
+}
+
+/// A file: its content behind the SHA-256 (hex) of the content's JSON.
+#[derive(Serialize, Deserialize)]
+struct File<C> {
+    sha256: String,
+    content: C,
+}
+
+/// What is kept of a scene.
+#[derive(Serialize, Deserialize)]
+pub struct Content {
+    /// When the measurement ended.
+    measured: DateTime<Utc>,
+    pub scene: SceneReport,
+    /// SHA-256 (hex) of the sheets by fallback; empty: none were drawn.
+    sheets: BTreeMap<String, String>,
+}
+
+impl Content {
+    /// Of a measurement that has just ended.
+    pub fn new(scene: SceneReport) -> Content {
+        Content { measured: Utc::now(), scene, sheets: BTreeMap::new() }
+    }
+}
+
+impl Kept {
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<Kept, CompareError> {
+        super::make_folder(folder)?;
+        Ok(Kept { folder: folder.to_owned(), key: key(gpu, subject, options)? })
+    }
+
+    /// The scene's results, if they are there and whole. Where they come from is said.
+    pub fn find(&self, options: &Options, console: &Console) -> Option<Content> {
+        let path = self.path();
+        if !path.exists() {
+            return None;
+        }
+        let found = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
+        match found.and_then(|bytes| decode(&bytes)) {
+            Ok(mut content) => {
+                let (scene, when) = (&mut content.scene, content.measured.to_rfc3339_opts(SecondsFormat::Secs, true));
+                console.note(format!("{}: kept from {}, measured {when}", scene.scene, path.display()));
+                // The reference may have moved since.
+                scene.reference.files = options.cache.join(&scene.reference.key);
+                Some(content)
+            }
+            Err(reason) => {
+                console.note(format!("{}: {reason}; the scene is measured again", path.display()));
+                None
+            }
+        }
+    }
+
+    /// Keeps a scene's results, in the place of what was there.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep(&self, content: &Content, console: &Console) -> Result<(), CompareError> {
+        let bytes = encode(content)?;
+        // JSON knows no infinity: such a number would come back as another one, or not at all.
+        if let Err(reason) = decode(&bytes) {
+            console.note(format!("{}: its results cannot be kept: {reason}", content.scene.scene));
+            return Ok(());
+        }
+        Ok(files::write_bytes(&self.path(), &bytes)?)
+    }
+
+    /// The sheets that were kept with the results, if all are whole.
+    pub fn find_sheets(&self, content: &Content, console: &Console) -> Option<Vec<Sheet>> {
+        let read = |(fallback, digest): (&String, &String)| {
+            let path = self.sheet_path(fallback);
+            let png = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
+            match png {
+                Ok(png) if sha256(&png) == *digest => Ok(Sheet { fallback: fallback.clone(), png }),
+                Ok(_) => Err(format!("{}: it is not what was written", path.display())),
+                Err(reason) => Err(format!("{}: {reason}", path.display())),
+            }
+        };
+        let sheets: Result<Vec<Sheet>, String> = content.sheets.iter().map(read).collect();
+        sheets
+            .map_err(|reason| console.note(format!("{reason}; the sheets are drawn again")))
+            .ok()
+            .filter(|sheets| !sheets.is_empty())
+    }
+
+    /// Keeps the sheets beside the results.
+    ///
+    /// # Errors
+    /// As [`Kept::keep`].
+    pub fn keep_sheets(&self, content: Content, sheets: &[Sheet], console: &Console) -> Result<(), CompareError> {
+        for sheet in sheets {
+            files::write_bytes(&self.sheet_path(&sheet.fallback), &sheet.png)?;
+        }
+        let sheets = sheets.iter().map(|sheet| (sheet.fallback.clone(), sha256(&sheet.png))).collect();
+        self.keep(&Content { sheets, ..content }, console)
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.join(format!("{}.json", self.key))
+    }
+
+    fn sheet_path(&self, fallback: &str) -> PathBuf {
+        self.folder.join(format!("{}_{fallback}.png", self.key))
+    }
+}
+
+/// SHA-256 (hex) of everything that a scene's numbers follow from: of the program, the device, the scene and its view,
+/// the reference, and every configuration in its order.
+fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, CompareError> {
+    let Subject { scene, view, camera } = subject;
+    let fast = fast_ray_queries(gpu, options.settings.trace);
+    let configurations = options.configurations(scene).into_iter().map(|c| {
+        let settings = Settings { fallback: Some(c.fallback), ..options.settings.clone() };
+        let picture = identity(scene, camera, &c.method.on(fast), &settings, gpu.info().kind)?;
+        Ok(serde_json::json!({ "name": c.name, "method": c.method.to_string(), "spp": c.method.samples(),
+                               "fallback": fallback_name(c.fallback), "picture": picture }))
+    });
+    let all = serde_json::json!({
+        "version": VERSION,
+        "program": [env!("CARGO_PKG_VERSION"), option_env!("CYCLOPEAN_COMMIT").unwrap_or("unknown")],
+        // Times are a device's and its driver's, and validation takes its share of them.
+        "device": gpu.info(),
+        "ray_queries": gpu.has_ray_query(),
+        "validation": gpu.has_validation(),
+        "scene": scene.name,
+        "scene_sha256": scene.content_sha256,
+        "exposure": scene.exposure,
+        "view": view.name,
+        "reference": reference::follows_from(scene, camera, options, gpu.info().kind)?,
+        "baseline": base_name(&options.methods[0]),
+        "configurations": configurations.collect::<Result<Vec<_>, serde_json::Error>>()?,
+        "seeds": options.seeds,
+        "pixels_per_degree": options.pixels_per_degree,
+    });
+    Ok(sha256(&serde_json::to_vec(&all)?))
+}
+
+fn encode(content: &Content) -> Result<Vec<u8>, serde_json::Error> {
+    let sha256 = sha256(&serde_json::to_vec(content)?);
+    serde_json::to_vec_pretty(&File { sha256, content })
+}
+
+fn decode(bytes: &[u8]) -> Result<Content, String> {
+    let file: File<Content> = serde_json::from_slice(bytes).map_err(|e| format!("it is no JSON of ours ({e})"))?;
+    // The digest is of the compact form, however the file is laid out.
+    let written = serde_json::to_vec(&file.content).map_err(|e| e.to_string())?;
+    if sha256(&written) != file.sha256 {
+        return Err("it is not what was written".to_owned());
+    }
+    Ok(file.content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::report::EqualTime;
+    use super::super::sample::{ratio, row, scene};
+    use super::*;
+
+    fn content() -> Content {
+        let stereo = row("stereo", 1, 0.1 + 0.2, &[("mse", 1.0 / 3.0), ("ssim", 1e-300)]);
+        let mut scene = scene("room", vec![row("sssr", 1, 1.0, &[("mse", 5e-324)]), stereo.clone()]);
+        scene.exposure = 0.1;
+        scene.results[1].systematic_over = Some(BTreeMap::from([(2, 0.5), (20, 0.25)]));
+        scene.equal_sample.push(ratio(&stereo, "mse", 0.7));
+        Content::new(scene)
+    }
+
+    fn equal_time(ratio: f64) -> EqualTime {
+        EqualTime {
+            method: "stereo".to_owned(),
+            spp: 1,
+            fallback: "black".to_owned(),
+            ms: 1.0,
+            mse: 1.0,
+            baseline_mse: 1.0,
+            ratio,
+            relmse: None,
+            baseline_relmse: None,
+            relmse_ratio: None,
+            tonemapped_mse: None,
+            baseline_tonemapped_mse: None,
+            tonemapped_mse_ratio: None,
+            extrapolated: false,
+        }
+    }
+
+    fn json(content: &Content) -> Vec<u8> {
+        serde_json::to_vec(content).expect("JSON")
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_nothing_else() {
+        let content = content();
+        let bytes = encode(&content).expect("JSON");
+        let read = decode(&bytes).expect("read back");
+        assert_eq!(json(&read), json(&content));
+        // Every digit that is another one is noticed, wherever it stands.
+        let digits = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit());
+        for at in digits {
+            let mut wrong = bytes.clone();
+            wrong[at] = if wrong[at] == b'7' { b'3' } else { b'7' };
+            let taken = decode(&wrong).is_ok_and(|read| json(&read) != json(&content));
+            assert!(!taken, "byte {at} of {}", String::from_utf8_lossy(&bytes));
+        }
+        for end in [0, 1, bytes.len() / 2, bytes.len() - 1] {
+            assert!(decode(&bytes[..end]).is_err(), "{end} bytes");
+        }
+    }
+
+    #[test]
+    fn a_number_that_json_does_not_know_is_not_kept() {
+        let mut content = content();
+        content.scene.equal_time.push(equal_time(0.5));
+        assert!(decode(&encode(&content).expect("JSON")).is_ok());
+        content.scene.equal_time.push(equal_time(f64::INFINITY));
+        assert!(decode(&encode(&content).expect("JSON")).is_err());
+    }
+}
