@@ -48,20 +48,40 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     files.sort();
     let mut code = String::new();
     let mut list = String::new();
+    let mut of_views = Vec::new();
     for file in &files {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let mut made = vec![(name.clone(), "")];
         for (_, words) in VARIANTS.iter().filter(|(of, _)| *of == name) {
             made.push((name.replace('.', &format!("_{}.", words.to_lowercase().replace(' ', "_"))), *words));
         }
+        let text = std::fs::read_to_string(file).map_err(|e| format!("cannot read {}: {e}", file.display()))?;
         for (name, words) in made {
+            if is_of_views(&text, words) {
+                of_views.push(name.clone());
+            }
             let target = out.join(format!("{name}.spv"));
             compile(file, &target, words)?;
             add(&mut code, &mut list, &name, &target);
         }
     }
     let _ = writeln!(code, "/// Every shader.\n#[allow(dead_code)]\npub static ALL: &[&Shader] = &[{list}];");
+    let _ = writeln!(
+        code,
+        "/// Those that no picture of the reference passes through.\n#[allow(dead_code)]\npub const OF_VIEWS: &[&str] = &{of_views:?};"
+    );
     std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
+}
+
+/// The lines at a shader's head say that no picture of the reference passes through it, or not with these words defined:
+/// `// Reference: never.` or `// Reference: never with WORD.`
+fn is_of_views(text: &str, words: &str) -> bool {
+    let head = text.lines().skip(1).take_while(|line| line.starts_with("//"));
+    let mut said = head.filter_map(|line| line.strip_prefix("// Reference: never")?.strip_suffix('.'));
+    said.any(|with| match with.strip_prefix(" with ") {
+        Some(word) => words.split_whitespace().any(|w| w == word),
+        None => true,
+    })
 }
 
 /// A static of words.

@@ -5,6 +5,7 @@
 // frame's eye saw the virtual image of what is reflected in that surface. The history that agrees better is taken.
 // The weight of this frame against the history follows from bias and variances (seed 003, equation 4: Philippi et al.
 // 2023); the history carries its effective number of frames (equation 5), so that a still view converges as their mean.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -1,6 +1,7 @@
 #version 460
 // In: filtered visibility of both eyes, the map of pairs. Out: the list of the pixels that differ visibly from their pair:
 // the adaptive map of seed 001 (its equation 2, after Weber's law), with the arguments of the dispatches over it.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -2,6 +2,7 @@
 // In: what each eye's filter found with the weight of its taps, the map of pairs. Out: visibility of the pixels that have a
 // pair, or with LISTED of the listed ones: both eyes' together, by their weights (seed 001, equation 1: Shi et al. 2022).
 // The pair's neighbourhood was filtered for the pair itself, so nothing is filtered twice.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 #include "common/ao.glsl"

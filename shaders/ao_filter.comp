@@ -3,6 +3,7 @@
 // (Eisemann & Durand 2004), with how much its taps weigh; with LISTED at the listed pixels alone.
 // A tap weighs by its distance in pixels, spread 3 (seed 001, § "Experiments"), and by how far its place in the world lies
 // off the pixel's plane.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -2,6 +2,7 @@
 // In: G-buffer, and for both views the map of pairs. Out: raw visibility and depth of each pixel; with LISTED of the listed
 // pixels alone. A pixel that copies its pair is left to ao_reproject.comp; of the listed ones a pixel writes for the pair
 // that copies it, and one whose pair is not listed is estimated where its pair is.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

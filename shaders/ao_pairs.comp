@@ -3,6 +3,7 @@
 // back check (seed 001, its fig. 5; Nehab et al. 2007), in one texel.
 // Of a pair one pixel is estimated and the other one copies it. The seed estimates in the left view. Here it is the eye
 // that is nearer to the place, so that exchanged eyes see exchanged pictures; both, where both are as near.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

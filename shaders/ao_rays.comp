@@ -2,6 +2,7 @@
 // In: G-buffer, the scene's triangles. Out: visibility by rays, the oracle of the estimates in the views: cosine-weighted
 // about the triangle's normal, each hidden by what it hits at distance t as max(1 − t²/radius², 0), the estimates' falloff.
 // Progressive: the sum is kept and each dispatch adds rays. No filter.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require

@@ -1,6 +1,7 @@
 #version 460
 // In: the map of pairs, raw visibility where it was estimated. Out: raw visibility of the pixels that copy their pair
 // (seed 001, § "Stereo-aware obscurance estimation": reprojected with a back check).
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 #include "common/ao.glsl"

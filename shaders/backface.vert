@@ -1,6 +1,7 @@
 #version 460
 // In: vertices, instances, the eye. Out: clip position. Must give the depths of gbuffer.vert to the bit.
 // The paper's §4.1: dual depth.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

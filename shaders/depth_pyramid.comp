@@ -2,6 +2,7 @@
 // In: front depth, back-face depth, G-buffer. Out: per cell the nearest front and the farthest back, raw reverse-Z, seven
 // levels of both eyes in one dispatch (Uludag 2018; the paper's §4.1 for the second channel).
 // A group reduces a 64×64 tile; cells beyond the image are identities, so that cell = pixel >> level at any size.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -3,6 +3,7 @@
 // The paper's §4.3: the virtual image of what a pixel reflects leads to the other eye's pixel that reflects the same,
 // and "we can directly reuse the illumination result". It is reused after the filter: the pair's 25 taps cost one
 // fetch, and two pixels that are each other's pair come to the same light, with the same noise.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

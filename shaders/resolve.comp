@@ -8,6 +8,7 @@
 // Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
 // With FOR_PAIRS the other eye (reproject.comp) or the frames before (accumulate.comp) have a say: out go the known share of the light, C·L and C, what it
 // weighs, how far away the pixel's reflection stands, and with MOMENTS the variance of the estimate.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -4,6 +4,7 @@
 // other pixels, with the arguments of the dispatches over it.
 // Reverse reprojection, its depth test against the nearest of three samples and the mask: Zhang & Green, Stereo Shading
 // Reprojection, 2017. The demodulation by the albedo and the bound of the error are ours.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -2,6 +2,7 @@
 // In: interpolated texture coordinates and colour, the material's base colour. Out: depth, but for what is cut out, and for
 // the share of texels that a transmitting material leaves open.
 // Screen-door transparency by ordered dither (Bayer 1973): what is read over 4×4 texels is the share that gets through.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -4,6 +4,7 @@
 // albedo as well.
 // The random numbers of soft shadows do not depend on the seed: a view's shadows are one pattern, as its geometry is,
 // whatever is traced on top of it.
+// Reference: never with REUSE.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require

@@ -3,6 +3,7 @@
 // Stochastic screen-space reflections: Stachowiak 2015, the paper's §3. With OTHER_EYE the first stage of the paper's
 // §4.1: a ray stops where this eye sees no more of it, and is listed for the other eye (trace_other_eye.comp). With
 // LOST_SHARE rays that the views lose are listed for the scene's geometry (trace_geometry.comp).
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -2,6 +2,7 @@
 // In: rays that the views lost, G-buffer, the scene's BVH. Out: their hits, and the radiance of those that no eye sees.
 // What no eye sees lies in the geometry. A hit that an eye does see takes that pixel's radiance, as every hit of the
 // screen-space march does; any other is shaded as the reference shades it (path_trace.comp).
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require

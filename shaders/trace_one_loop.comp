@@ -3,6 +3,7 @@
 // The paper's §4.1 to the letter, as the oracle of trace.comp and trace_other_eye.comp: one loop over world fractions
 // that asks the ray's own eye at every step and the other one wherever the own eye sees it not. No hierarchy, no
 // screen fractions: cell borders are met in clip space, where the ray is linear for every eye.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

@@ -4,6 +4,7 @@
 // world fraction where its own eye lost it. Where that eye loses it too, it goes on behind the matter in its own eye's
 // view, as the baseline's rays do (§5.4). Asking both eyes for ever (see
 // trace_one_loop.comp) answers one ray in a hundred more and costs as much again.
+// Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 

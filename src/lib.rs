@@ -9,6 +9,7 @@ pub mod console;
 pub mod display;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod method;
 pub mod metrics;
 pub mod picture;
 #[cfg(feature = "gpu")]

@@ -3,39 +3,15 @@
 mod lab;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use cyclopean_analysis::journal::collect;
 use cyclopean_analysis::journal::record::{Kind, Purpose};
-use lab::{Lab, stderr};
+use lab::{Lab, mos, stderr};
 use serde_json::Value;
 
 const PEOPLE: [&str; 6] = ["s01", "s02", "s03", "s04", "s05", "s06"];
-
-/// `mos` beside the program under test; built where it is missing. None: it cannot be built here.
-fn mos() -> Option<PathBuf> {
-    let program = Path::new(env!("CARGO_BIN_EXE_cyclopean"));
-    let mos = program.with_file_name("mos").with_extension(std::env::consts::EXE_EXTENSION);
-    if mos.exists() {
-        return Some(mos);
-    }
-    let profile = program.parent()?;
-    let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-    build.args(["build", "--locked", "-p", "cyclopean-analysis", "--bin", "mos", "--target-dir"]);
-    build.arg(profile.parent()?).current_dir(env!("CARGO_MANIFEST_DIR"));
-    if profile.ends_with("release") {
-        build.arg("--release");
-    }
-    let output = build.output().ok();
-    if mos.exists() {
-        return Some(mos);
-    }
-    let why = output.map(|o| stderr(&o)).unwrap_or_default();
-    assert!(std::env::var_os("CI").is_none(), "mos cannot be built: {why}");
-    println!("skipped: `mos` is not beside {} and cannot be built: {why}", program.display());
-    None
-}
 
 fn run(mos: &Path, lab: &Lab, arguments: &[&str]) -> Output {
     let output = Command::new(mos).args(arguments).current_dir(lab.dir.path()).output().expect("mos starts");

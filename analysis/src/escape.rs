@@ -145,7 +145,7 @@ pub fn csv(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The text that [`csv`] made `cell` of.
+/// The text that [`csv()`] made `cell` of.
 pub fn csv_read(cell: &str) -> Cow<'_, str> {
     let text = cell.strip_prefix('\'').filter(|rest| is_guarded(rest)).unwrap_or(cell);
     if !text.contains("\\u{") {

@@ -55,3 +55,8 @@ pub mod terminal;
 pub mod wilcoxon;
 
 pub use error::{Error, Result};
+
+/// The worked example of a statistic is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/contributing.md")]
+struct Contributing;

@@ -16,7 +16,7 @@ pub fn print(page: &str) -> io::Result<()> {
 /// Prints a JSON text to standard output.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_json(text: &str) -> io::Result<()> {
     put(&escape::json(text))
 }

@@ -15,8 +15,9 @@ use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
 use crate::study::store::Store;
 use crate::study::validate::{self, Study};
 
+use super::catalogue::catalogue;
 use super::device::Size;
-use super::stimulus::{GpuStimuli, catalogue};
+use super::stimulus::GpuStimuli;
 
 /// Prepares, runs and analyses the studies with simulated observers, on a small setting.
 #[derive(Debug, clap::Args)]

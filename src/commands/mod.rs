@@ -4,6 +4,7 @@
 
 #[cfg(feature = "gpu")]
 mod ao;
+mod catalogue;
 mod compare;
 #[cfg(feature = "gpu")]
 mod demo;

@@ -2,12 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::catalogue::catalogue;
 use super::study::find_study;
 use crate::console::{self, Console};
-use crate::scene::head_path::GENERIC;
 use crate::study::prepare::{self, Found, Shard};
-#[cfg(not(feature = "gpu"))]
-use crate::study::stimulus::Catalogue;
 use crate::study::stimulus::StimulusRenderer;
 use crate::study::store::Store;
 use crate::study::validate::{self, StudyError};
@@ -27,71 +25,6 @@ pub struct Args {
     /// List what is missing and estimate the time; render nothing.
     #[arg(long)]
     dry_run: bool,
-}
-
-/// The paths of the head that every scene has.
-pub(super) fn paths() -> Vec<&'static str> {
-    GENERIC.iter().map(|(name, _)| *name).collect()
-}
-
-/// Scenes and methods of this build.
-#[cfg(feature = "gpu")]
-pub use super::stimulus::catalogue;
-
-/// The methods of a build with the feature `gpu`, in the renderer's order.
-#[cfg(any(test, not(feature = "gpu")))]
-const METHODS: [&str; 34] = [
-    "sssr",
-    "stereo",
-    "stereo-no-traversal",
-    "stereo-no-fade",
-    "stereo-no-reprojection",
-    "stereo-one-loop",
-    "stereo-paper",
-    "stereo-fixed-tolerance",
-    "stereo-no-filling",
-    "stereo-no-back-check",
-    "stereo-no-camera-rays",
-    "stereo-fixed-blend",
-    "stereo-ratio",
-    "sssr-ratio",
-    "stereo-hybrid",
-    "sssr-hybrid",
-    "stereo-adaptive",
-    "sssr-temporal",
-    "stereo-temporal",
-    "stereo-hybrid-temporal",
-    "stereo-temporal-surface",
-    "stereo-temporal-image",
-    "stereo-temporal-constant",
-    "stereo-temporal-clamp",
-    "recommended",
-    "sssr-thickness",
-    "sssr-guardband",
-    "stereo-guardband",
-    "sssr-shared-noise",
-    "sssr-wide",
-    "one-eye",
-    "unrelated",
-    "path-traced",
-    "path-traced-resolved",
-];
-
-/// Those whose name may end in a percentage.
-#[cfg(any(test, not(feature = "gpu")))]
-const WITH_PERCENTAGE: [&str; 4] = ["stereo-hybrid", "sssr-hybrid", "stereo-adaptive", "stereo-hybrid-temporal"];
-
-/// The methods of ambient occlusion.
-#[cfg(any(test, not(feature = "gpu")))]
-const AO: [&str; 5] = ["mono", "fsa", "variant1", "variant2", "ray-traced"];
-
-/// Scenes, and the methods that a build with the feature `gpu` renders: this one checks studies and renders none.
-#[cfg(not(feature = "gpu"))]
-pub fn catalogue() -> Catalogue {
-    Catalogue::of(&crate::scene::builtin::NAMES, &METHODS)
-        .with_percentage(&WITH_PERCENTAGE)
-        .with_ao(&AO)
-        .with_paths(&paths())
 }
 
 /// The renderer of this build.
@@ -165,24 +98,4 @@ pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRender
     }
     console.line(format!("{} whole, {needed} {did}{estimate}", report.whole.len()));
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_build_without_gpu_knows_every_method_by_name() {
-        for method in catalogue().methods {
-            assert!(METHODS.contains(&method.as_str()), "{method}");
-        }
-        for method in catalogue().with_percentage {
-            assert!(WITH_PERCENTAGE.contains(&method.as_str()), "{method}");
-        }
-        assert_eq!(catalogue().ao, AO);
-        assert!(catalogue().has_method("stereo-hybrid-12.5@2"));
-        for wrong in ["stereo-5", "stereo-hybrid-101", "stereo-hybrid-", "stereo-hybrid-x"] {
-            assert!(!catalogue().has_method(wrong), "{wrong}");
-        }
-    }
 }

@@ -15,11 +15,9 @@ use crate::picture::{self, Part, StereoPicture};
 use crate::render::{
     Ao, AoSettings, Method, Rendered, Renderer, Request, SETTLING, Settings, fast_ray_queries, identity, shaders,
 };
-use crate::scene::{self, HeadPath, Scene, StereoCamera, View, builtin};
+use crate::scene::{self, HeadPath, Scene, StereoCamera, View};
 use crate::study::sha256_hex;
-use crate::study::stimulus::{
-    Catalogue, CatalogueScene, STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest, frame_file,
-};
+use crate::study::stimulus::{STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 
 use super::device;
 
@@ -41,27 +39,6 @@ struct Job {
     film: Option<(HeadPath, u32)>,
     method: Method,
     settings: Settings,
-}
-
-/// The built-in scenes with their views, and every method.
-pub fn catalogue() -> Catalogue {
-    let scenes = builtin::NAMES.iter().map(|&name| {
-        let manifest =
-            builtin::manifest(name).and_then(|text| serde_json::from_str::<scene::manifest::Manifest>(text).ok());
-        let (views, paths) = manifest.map_or((Vec::new(), Vec::new()), |manifest| {
-            let views = manifest.views.into_iter().map(|v| v.name).collect();
-            (views, manifest.paths.into_iter().map(|p| p.name).collect())
-        });
-        CatalogueScene { name: name.to_owned(), views, paths }
-    });
-    let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
-    Catalogue {
-        scenes: scenes.collect(),
-        methods: owned(Method::names()),
-        with_percentage: owned(Method::names_with_percentage()),
-        paths: owned(super::prepare::paths()),
-        ao: owned(Ao::ALL.into_iter().filter(|ao| *ao != Ao::None).map(Ao::name).collect()),
-    }
 }
 
 impl GpuStimuli {

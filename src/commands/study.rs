@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
-use super::prepare::catalogue;
+use super::catalogue::catalogue;
 use crate::console::Console;
 use crate::study::disk::Disk;
 use crate::study::preview::Preview;

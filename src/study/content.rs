@@ -8,7 +8,7 @@ use super::definition::{EyeName, Layout, Task};
 use super::language::{Language, LanguageError};
 use super::plan::Plan;
 use super::protocol::{Input, Page, Setup};
-use super::questionnaire::PERSON;
+use super::questionnaire::Form;
 use super::stereogram::Stereogram;
 use super::validate::Study;
 use crate::display::content::{Blank, Content, Dots, ItemText, PageText, Presentation};
@@ -85,10 +85,10 @@ fn items(setup: &Setup, language: &Language) -> Vec<ItemText> {
     for item in &setup.items {
         let number = at.entry(item.questionnaire).or_insert(0);
         *number += 1;
-        let is_person = PERSON.iter().any(|(name, ..)| *name == item.name);
+        let lead = Form::of_phase(item.questionnaire).map_or("", |form| (form.lead)(language));
         texts.push(ItemText {
-            lead: if is_person { language.words.person_lead.clone() } else { language.words.ssq_lead.clone() },
-            question: language.items.get(item.name).cloned().unwrap_or_else(|| item.question.to_owned()),
+            lead: lead.to_owned(),
+            question: language.item(item.name, item.question).to_owned(),
             options: item.options.iter().map(|option| language.option(item.name, option)).collect(),
             progress: (*number, of(item.questionnaire)),
         });

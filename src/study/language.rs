@@ -66,6 +66,11 @@ impl Language {
         serde_json::from_str(&text).map_err(|source| LanguageError::Form { path, source })
     }
 
+    /// The words of an item's question, or, by the name of its phase, of what stands above a questionnaire's items.
+    pub fn item<'a>(&'a self, name: &str, english: &'a str) -> &'a str {
+        self.items.get(name).map_or(english, String::as_str)
+    }
+
     /// The words for an option of an item.
     pub fn option(&self, item: &str, option: &str) -> String {
         let specific = self.options.get(&format!("{item}/{option}"));
@@ -117,13 +122,13 @@ fn find(folder: &Path, name: &str, depth: usize) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::questionnaire::{PERSON, SSQ};
+    use crate::study::questionnaire::FORMS;
 
     #[test]
     fn every_built_in_language_is_whole() {
         for (name, text) in BUILT_IN {
             let language: Language = serde_json::from_str(text).unwrap_or_else(|e| panic!("{name}: {e}"));
-            for (item, _, options) in PERSON.iter().chain(SSQ) {
+            for (item, _, options) in FORMS.iter().flat_map(|form| form.items) {
                 assert!(name == "en" || language.items.contains_key(*item), "{name}: {item}");
                 for option in *options {
                     let there = language.option(item, option) != **option;
@@ -131,7 +136,9 @@ mod tests {
                     assert!(there || same, "{name}: {item}: {option}");
                 }
             }
-            let known: Vec<&str> = PERSON.iter().chain(SSQ).map(|(item, ..)| *item).collect();
+            let phases = FORMS.iter().flat_map(|form| [form.before, form.after]).flatten();
+            let known: Vec<&str> =
+                FORMS.iter().flat_map(|form| form.items).map(|(item, ..)| *item).chain(phases).collect();
             assert!(language.items.keys().all(|item| known.contains(&item.as_str())), "{name}");
             for (text, holes) in [
                 (&language.words.progress, &["{at}", "{of}"][..]),

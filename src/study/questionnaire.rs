@@ -1,12 +1,64 @@
-//! Questions about the person and the simulator sickness questionnaire.
+//! Questionnaires: which there are, when they are asked, and their items. How to add one is in docs/contributing.md.
 
 use std::collections::BTreeMap;
 
-/// Item name, question, options.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::language::Language;
+
+/// Item name, question, options. Each item may be declined.
 pub type ItemText = (&'static str, &'static str, &'static [&'static str]);
 
-/// Each may be declined. Bands instead of ages: less to identify anybody by.
-pub const PERSON: &[ItemText] = &[
+/// What can be asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Questionnaire {
+    /// Age band, gender, correction, experience; each may be declined.
+    Person,
+    /// Simulator sickness, sixteen symptoms 0 ..= 3, before and after.
+    Ssq,
+}
+
+/// One questionnaire.
+pub struct Form {
+    pub which: Questionnaire,
+    /// The phase of a session in which it is asked before the presentations, if it is; journals say so.
+    pub before: Option<&'static str>,
+    /// Likewise after them.
+    pub after: Option<&'static str>,
+    /// What stands above each item.
+    pub lead: fn(&Language) -> &str,
+    pub items: &'static [ItemText],
+}
+
+/// Every questionnaire, in the order in which they are asked.
+pub const FORMS: &[Form] = &[
+    Form {
+        which: Questionnaire::Person,
+        before: Some("person"),
+        after: None,
+        lead: |language| &language.words.person_lead,
+        items: PERSON,
+    },
+    Form {
+        which: Questionnaire::Ssq,
+        before: Some("ssq-before"),
+        after: Some("ssq-after"),
+        lead: |language| &language.words.ssq_lead,
+        items: SSQ,
+    },
+];
+
+impl Form {
+    /// The one that is asked in this phase.
+    pub fn of_phase(phase: &str) -> Option<&'static Form> {
+        FORMS.iter().find(|form| form.before == Some(phase) || form.after == Some(phase))
+    }
+}
+
+/// Bands instead of ages: less to identify anybody by.
+const PERSON: &[ItemText] = &[
     ("age-band", "How old are you?", &["18-24", "25-34", "35-44", "45-54", "55-64", "65 or more"]),
     ("gender", "Your gender?", &["woman", "man", "non-binary", "another"]),
     ("correction", "Do you wear glasses or lenses now?", &["none", "glasses", "contact lenses"]),
@@ -16,7 +68,7 @@ pub const PERSON: &[ItemText] = &[
 const DEGREES: &[&str] = &["none", "slight", "moderate", "severe"];
 
 /// Kennedy et al. 1993, in their order; option i scores i.
-pub const SSQ: &[ItemText] = &[
+const SSQ: &[ItemText] = &[
     ("general-discomfort", "General discomfort", DEGREES),
     ("fatigue", "Fatigue", DEGREES),
     ("headache", "Headache", DEGREES),
@@ -74,6 +126,24 @@ mod tests {
             [(s.nausea, 200.34), (s.oculomotor, 159.18), (s.disorientation, 292.32), (s.total, 235.62)]
         {
             assert!((score - published).abs() < 1e-9, "{score} {published}");
+        }
+    }
+
+    #[test]
+    fn no_two_items_or_phases_have_one_name() {
+        let items: Vec<&str> = FORMS.iter().flat_map(|form| form.items).map(|(name, ..)| *name).collect();
+        let phases: Vec<&str> = FORMS.iter().flat_map(|form| [form.before, form.after]).flatten().collect();
+        for names in [&items, &phases] {
+            let distinct: std::collections::BTreeSet<_> = names.iter().collect();
+            assert_eq!(distinct.len(), names.len(), "{names:?}");
+        }
+        assert!(FORMS.iter().all(|form| form.items.iter().all(|(_, _, options)| options.len() > 1)));
+        for (i, form) in FORMS.iter().enumerate() {
+            let asked = serde_json::to_value(form.which).unwrap();
+            assert!(
+                FORMS[..i].iter().all(|other| serde_json::to_value(other.which).unwrap() != asked),
+                "{asked} is there twice"
+            );
         }
     }
 

@@ -137,6 +137,30 @@ impl Lab {
     }
 }
 
+/// `mos` beside the program under test; built where it is missing. None: it cannot be built here.
+pub fn mos() -> Option<PathBuf> {
+    let program = Path::new(env!("CARGO_BIN_EXE_cyclopean"));
+    let mos = program.with_file_name("mos").with_extension(std::env::consts::EXE_EXTENSION);
+    if mos.exists() {
+        return Some(mos);
+    }
+    let profile = program.parent()?;
+    let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+    build.args(["build", "--locked", "-p", "cyclopean-analysis", "--bin", "mos", "--target-dir"]);
+    build.arg(profile.parent()?).current_dir(env!("CARGO_MANIFEST_DIR"));
+    if profile.ends_with("release") {
+        build.arg("--release");
+    }
+    let output = build.output().ok();
+    if mos.exists() {
+        return Some(mos);
+    }
+    let why = output.map(|o| stderr(&o)).unwrap_or_default();
+    assert!(std::env::var_os("CI").is_none(), "mos cannot be built: {why}");
+    println!("skipped: `mos` is not beside {} and cannot be built: {why}", program.display());
+    None
+}
+
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use ash::vk;
 
-use super::settings::Ao;
+use super::Ao;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc};
 use crate::render::targets::RayList;
 

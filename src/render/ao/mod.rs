@@ -12,9 +12,10 @@ use super::bvh::RayScene;
 use super::needs::Needs;
 use crate::gpu::{Gpu, GpuError};
 
+pub use crate::method::Ao;
 pub use images::AoImages;
 pub use rays::RaysPass;
-pub use settings::{Ao, AoSettings};
+pub use settings::AoSettings;
 pub use views::{Seen, ViewsPass};
 
 /// The passes of one way to find it.

@@ -5,8 +5,9 @@ use std::rc::Rc;
 use bytemuck::{Pod, Zeroable};
 
 use super::images::{AoImages, Estimated, Stereo};
-use super::settings::{Ao, AoSettings};
+use super::settings::AoSettings;
 use crate::gpu::{ComputePass, Dispatch, Frame, Gpu, GpuError, Image};
+use crate::method::Ao;
 use crate::render::context::Context;
 use crate::render::shaders;
 use crate::render::targets::{GBuffer, RayList};

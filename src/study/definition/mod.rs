@@ -9,9 +9,10 @@ use cyclopean_analysis::journal::record::{PreferenceValues, Question, ScaleOptio
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::questionnaire::Questionnaire;
 pub use crate::display::content::Geometry;
 pub use conditions::{CatchTrial, ConditionSpec, Conditions, Cross, EyeName, OrderKind, OrderSpec};
-pub use people::{ConsentText, FromInconsistency, Questionnaire, Screening, Simulation};
+pub use people::{ConsentText, FromInconsistency, Screening, Simulation};
 pub use presentation::{Blank, Breaks, Layout, Panel, SegmentSpec, Stimuli, Task, Validity};
 
 /// A study, as written in `studies/*.json`.

@@ -29,16 +29,6 @@ pub struct Screening {
     pub required_arcsec: f64,
 }
 
-/// What can be asked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Questionnaire {
-    /// Age band, gender, correction, experience; each may be declined.
-    Person,
-    /// Simulator sickness, sixteen symptoms 0 ..= 3, before and after.
-    Ssq,
-}
-
 /// How simulated observers answer: latent quality + bias + noise → the nearest choice.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,9 +2,9 @@
 
 use cyclopean_analysis::journal::record::{Film, Planned, Question, Shown, Trust};
 
-use crate::study::definition::{Definition, Layout, Questionnaire, Validity};
+use crate::study::definition::{Definition, Layout, Validity};
 use crate::study::plan::Plan;
-use crate::study::questionnaire;
+use crate::study::questionnaire::{FORMS, ItemText};
 use crate::study::random::Stream;
 
 use super::Page;
@@ -98,25 +98,22 @@ impl Setup {
     pub fn new(definition: &Definition, plan: &Plan, nominal_hz: f64, trust: Trust, arcsec_per_px: f64) -> Setup {
         let frames = |seconds: f64| (seconds * nominal_hz).round() as u64;
         let question: Question = definition.journal_question();
-        let asks = |q| definition.questionnaires.contains(&q);
+        let asked = || FORMS.iter().filter(|form| definition.questionnaires.contains(&form.which));
         let mut stages = Vec::new();
         let mut items = Vec::new();
         if definition.consent.is_some() {
             stages.push(Stage::Page(Page::Consent));
         }
-        if asks(Questionnaire::Person) {
-            push_items(&mut stages, &mut items, "person", questionnaire::PERSON);
-        }
-        if asks(Questionnaire::Ssq) {
-            push_items(&mut stages, &mut items, "ssq-before", questionnaire::SSQ);
+        for (form, phase) in asked().filter_map(|form| Some((form, form.before?))) {
+            push_items(&mut stages, &mut items, phase, form.items);
         }
         let screening = screening(definition, plan, arcsec_per_px);
         if !screening.is_empty() {
             stages.push(Stage::Screening);
         }
         stages.extend([Stage::Page(Page::Instructions), Stage::Presentations]);
-        if asks(Questionnaire::Ssq) {
-            push_items(&mut stages, &mut items, "ssq-after", questionnaire::SSQ);
+        for (form, phase) in asked().filter_map(|form| Some((form, form.after?))) {
+            push_items(&mut stages, &mut items, phase, form.items);
         }
         stages.push(Stage::Page(Page::Thanks));
         Setup {
@@ -173,12 +170,7 @@ impl Setup {
     }
 }
 
-fn push_items(
-    stages: &mut Vec<Stage>,
-    items: &mut Vec<Item>,
-    name: &'static str,
-    source: &[(&'static str, &'static str, &'static [&'static str])],
-) {
+fn push_items(stages: &mut Vec<Stage>, items: &mut Vec<Item>, name: &'static str, source: &[ItemText]) {
     let from = items.len();
     items.extend(source.iter().map(|&(item, question, options)| Item {
         questionnaire: name,

@@ -1,0 +1,250 @@
+//! Every method, a row each: how to add one is in docs/contributing.md.
+
+use super::parts::{Accumulation, Answer, Blend, HistorySource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
+
+/// The baseline; the others say where they differ.
+pub(super) const SSSR: Parts = Parts {
+    name: "sssr",
+    about: "stochastic screen-space reflections, each eye for itself (the baseline)",
+    answer: Answer::ScreenSpace,
+    back_faces: true,
+    camera_rays: true,
+    traversal: Traversal::OwnEye,
+    stereo_fade: false,
+    reprojection: None,
+    accumulation: None,
+    one_eye: false,
+    resolved: false,
+    guard_band: 0,
+    shared_noise: false,
+    reuse_radius_squared: None,
+    reuse: None,
+    knob: None,
+    chosen_by_device: false,
+    unrelated: false,
+    samples: 1,
+};
+
+const OURS: Reprojection =
+    Reprojection { filling: true, back_check: true, lobe_tolerance: true, blend: Blend::Variance };
+const PAPER: Reprojection =
+    Reprojection { filling: false, back_check: false, lobe_tolerance: false, blend: Blend::Fixed };
+
+/// All three parts of the paper's §4.
+const STEREO: Parts = Parts {
+    name: "stereo",
+    about: "stereo-consistent: traversal, fade and reprojection know both eyes (the paper's method)",
+    traversal: Traversal::TwoStages,
+    stereo_fade: true,
+    reprojection: Some(OURS),
+    ..SSSR
+};
+
+const OVER_TIME: Accumulation = Accumulation { weights: None, source: HistorySource::Better };
+
+/// The reference; also the tracer of its real-time relative.
+const PATH_TRACED: Parts = Parts {
+    name: "path-traced",
+    about: "the reference: rays through the scene's geometry",
+    answer: Answer::PathTraced,
+    back_faces: false,
+    samples: 1024,
+    ..SSSR
+};
+
+pub(super) const METHODS: &[Parts] = &[
+    SSSR,
+    STEREO,
+    Parts {
+        name: "stereo-no-traversal",
+        about: "stereo without the other eye's traversal",
+        traversal: Traversal::OwnEye,
+        ..STEREO
+    },
+    Parts { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
+    Parts {
+        name: "stereo-no-reprojection",
+        about: "stereo without reuse between the eyes",
+        reprojection: None,
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-one-loop",
+        about: "stereo whose rays ask both eyes at every pixel: the oracle of its traversal, slow",
+        traversal: Traversal::OneLoop,
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-paper",
+        about: "stereo with the publication's settings: the four below together",
+        camera_rays: false,
+        reprojection: Some(PAPER),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-fixed-tolerance",
+        about: "stereo whose pairs agree to a thousandth, whatever the roughness",
+        reprojection: Some(Reprojection { lobe_tolerance: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-filling",
+        about: "stereo whose pixels that know nothing take nothing from the other eye",
+        reprojection: Some(Reprojection { filling: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-back-check",
+        about: "stereo whose pairs need not lead back",
+        reprojection: Some(Reprojection { back_check: false, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-no-camera-rays",
+        about: "stereo without rays that come back towards the eye",
+        camera_rays: false,
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-fixed-blend",
+        about: "stereo whose eyes are blended by fixed weights instead of their variances",
+        reprojection: Some(Reprojection { blend: Blend::Fixed, ..OURS }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-ratio",
+        about: "stereo with the published ratio estimator, whatever --reuse says",
+        reuse: Some(Reuse::Ratio),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-ratio",
+        about: "the baseline with the published ratio estimator, whatever --reuse says",
+        reuse: Some(Reuse::Ratio),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-hybrid",
+        about: "stereo whose lost rays ask the scene's geometry; stereo-hybrid-25 lets 25 % of them ask",
+        knob: Some(Knob::LostRays),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-hybrid",
+        about: "the baseline whose lost rays ask the scene's geometry; sssr-hybrid-25 lets 25 % of them ask",
+        knob: Some(Knob::LostRays),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-adaptive",
+        about: "each eye for itself, then stereo work only where the eyes may differ visibly; stereo-adaptive-5: by 5 %",
+        traversal: Traversal::OwnEye,
+        knob: Some(Knob::Weber),
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-temporal",
+        about: "the baseline, accumulated over frames",
+        accumulation: Some(OVER_TIME),
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-temporal",
+        about: "stereo, each eye accumulated over frames before the eyes are blended",
+        accumulation: Some(OVER_TIME),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-hybrid-temporal",
+        about: "stereo-hybrid, accumulated likewise; stereo-hybrid-temporal-25 lets 25 % of the lost rays ask",
+        accumulation: Some(OVER_TIME),
+        knob: Some(Knob::LostRays),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-surface",
+        about: "stereo-temporal whose history follows the surfaces alone",
+        accumulation: Some(Accumulation { source: HistorySource::Surface, ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-image",
+        about: "stereo-temporal whose history follows the virtual images alone",
+        accumulation: Some(Accumulation { source: HistorySource::Image, ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-constant",
+        about: "stereo-temporal that takes a tenth of each new frame, whatever --temporal says",
+        accumulation: Some(Accumulation { weights: Some(Temporal::Constant), ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "stereo-temporal-clamp",
+        about: "the same with the history clamped to the neighbourhood",
+        accumulation: Some(Accumulation { weights: Some(Temporal::Clamp), ..OVER_TIME }),
+        ..STEREO
+    },
+    Parts {
+        name: "recommended",
+        about: "what measurement says is best on this kind of device; --explain says what it took",
+        chosen_by_device: true,
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-thickness",
+        about: "the baseline without back faces: every mesh is as thick as an open one",
+        back_faces: false,
+        ..SSSR
+    },
+    Parts {
+        name: "sssr-guardband",
+        about: "the baseline with a tenth of the view drawn beyond each border",
+        guard_band: 100,
+        ..SSSR
+    },
+    Parts {
+        name: "stereo-guardband",
+        about: "stereo with a tenth of the view drawn beyond each border",
+        guard_band: 100,
+        ..STEREO
+    },
+    Parts {
+        name: "sssr-shared-noise",
+        about: "the baseline with one random stream for both eyes",
+        shared_noise: true,
+        ..SSSR
+    },
+    Parts {
+        name: "sssr-wide",
+        about: "the baseline with 37 pixels of spatial reuse instead of 25",
+        reuse_radius_squared: Some(10),
+        ..SSSR
+    },
+    Parts {
+        name: "one-eye",
+        about: "the left eye as in the baseline, the right one reprojected from it",
+        reprojection: Some(OURS),
+        one_eye: true,
+        ..SSSR
+    },
+    Parts {
+        name: "unrelated",
+        about: "for catch trials: the right eye's reflections exchanged left and right, so that nothing fits",
+        unrelated: true,
+        ..SSSR
+    },
+    PATH_TRACED,
+    Parts {
+        name: "path-traced-resolved",
+        about: "a few of the reference's rays through the baseline's filter (also path-traced@N-resolved)",
+        resolved: true,
+        samples: 2,
+        ..PATH_TRACED
+    },
+];
+
+/// Best at no more than 1.25 times the baseline's trace and resolve on a device that walks the geometry slowly.
+pub(super) const RECOMMENDED_WITHOUT_RAY_QUERIES: &str = "stereo-guardband";
+/// Best where a ray through the geometry costs about what a march through a view does.
+pub(super) const RECOMMENDED_WITH_RAY_QUERIES: &str = "stereo-hybrid";
