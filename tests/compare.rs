@@ -349,9 +349,7 @@ mod scenes {
         assert_eq!(files(&folder.path().join("d"))["compare.json"], files(&folder.path().join("e"))["compare.json"]);
 
         // Whatever changes a number has results of its own.
-        for more in
-            [&["--spp", "2"], &["--pixels-per-degree", "60"], &["--edge-fade", "0.2"], &["--methods", "stereo,sssr"]]
-        {
+        for more in [&["--pixels-per-degree", "60"], &["--edge-fade", "0.2"], &["--methods", "stereo,sssr"]] {
             assert!(measured(&run("f", more)), "{more:?}");
         }
     }

@@ -96,11 +96,13 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
+        // Once it has its final name, the other one may be someone else's.
+        if self.placed {
+            return;
+        }
         // Whatever went wrong was said; what is left is litter.
         let _ = fs::remove_dir_all(self.folder());
-        if !self.placed {
-            let _ = fs::remove_file(&self.path);
-        }
+        let _ = fs::remove_file(&self.path);
     }
 }
 

@@ -60,8 +60,10 @@ impl Content {
 }
 
 impl Kept {
+    /// In this folder, which is made when missing.
+    ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made, or a number that JSON does not know.
     pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<Kept, CompareError> {
         super::make_folder(folder)?;
         Ok(Kept { folder: folder.to_owned(), key: key(gpu, subject, options)? })

@@ -29,7 +29,6 @@ use std::rc::Rc;
 use cyclopean_analysis::escape;
 use cyclopean_analysis::files::{self, WriteError};
 use cyclopean_analysis::parts;
-
 use sha2::{Digest, Sha256};
 
 use crate::console::{Console, Interrupted};
