@@ -10,6 +10,8 @@ pub mod display;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod metrics;
+#[cfg(feature = "gpu")]
+pub mod paper;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;

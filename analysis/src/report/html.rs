@@ -19,16 +19,22 @@ const STYLE: &str = include_str!("style.css");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn html(input: &ReportInput) -> String {
-    let mut out = head(&input.title, "");
-    if let Some(stamp) = &input.stamp {
+    page(&input.title, input.stamp.as_deref(), &document(input))
+}
+
+/// A page of other blocks in the same style; `stamp`: what the data are where they are not people's answers, such as
+/// `simulated`.
+pub fn page(title: &str, stamp: Option<&str>, blocks: &[Block]) -> String {
+    let mut out = head(title, "");
+    if let Some(stamp) = stamp {
         let _ = write!(
             out,
             "<p class=\"stamp-line\">{} data: not people's answers to the study</p>",
             escape(&stamp.to_uppercase())
         );
     }
-    for block in document(input) {
-        write_block(&mut out, &block);
+    for block in blocks {
+        write_block(&mut out, block);
     }
     out += "</main></body></html>\n";
     out
@@ -66,6 +72,12 @@ fn write_block(out: &mut String, block: &Block) {
         Block::Plot { caption, svg } => {
             write!(out, "<figure class=\"plot\"><div>{svg}</div><figcaption>{}</figcaption></figure>", escape(caption))
         }
+        Block::Drawing { caption, svg } => write!(
+            out,
+            "<figure><img alt=\"{0}\" src=\"data:image/svg+xml;base64,{1}\"><figcaption>{0}</figcaption></figure>",
+            escape(caption),
+            base64(svg.as_bytes())
+        ),
         Block::Picture { caption, png } => write!(
             out,
             "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
