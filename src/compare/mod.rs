@@ -243,10 +243,11 @@ fn make_folder(folder: &Path) -> Result<(), CompareError> {
 /// Removes what runs that were killed have left half-made.
 fn sweep(options: &Options) -> Result<(), WriteError> {
     let kept = ["paths", "light"].map(|name| options.cache.join(name));
-    for path in [&options.cache].into_iter().chain(&kept).chain(&options.keep) {
-        parts::sweep(path).map_err(|source| WriteError { path: path.clone(), source })?;
-    }
-    Ok(())
+    [&options.cache].into_iter().chain(&kept).chain(&options.keep).try_for_each(|folder| sweep_folder(folder))
+}
+
+fn sweep_folder(folder: &Path) -> Result<(), WriteError> {
+    parts::sweep(folder).map(drop).map_err(|source| WriteError { path: folder.to_owned(), source })
 }
 
 fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {

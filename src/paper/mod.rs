@@ -194,7 +194,7 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
     let mut notes = vec![
         format!("{} ({}, {}).", device.name, device.kind, device.driver),
         format!(
-            "Size `{}`: {width}×{height} pixels an eye, a reference of {} paths a pixel, {} rounds for Table 2 and {} for Table 3. \
+            "Size {}: {width}×{height} pixels an eye, a reference of {} paths a pixel, {} rounds for Table 2 and {} for Table 3. \
              The publication: {}.",
             request.scale.name,
             request.scale.reference_paths,
@@ -211,7 +211,7 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
          no shadows, two bounces."
             .to_owned(),
         "Not made again: Figures 2 to 8 are drawings of the method. Figure 15 shows a failure that belongs to one view of the \
-         publication's scene. Figures 16 and 17 show how the studies' pictures are laid out, which `cyclopean run` shows."
+         publication's scene. Figures 16 and 17 show how the studies' pictures are laid out, which cyclopean run shows."
             .to_owned(),
     ];
     if device.kind == "cpu" {
@@ -226,7 +226,7 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
             stamp.to_uppercase()
         ));
     }
-    vec![Block::Notes(notes)]
+    vec![Block::Notes(notes), Block::Contents]
 }
 
 fn last(made: &Made) -> Vec<Block> {

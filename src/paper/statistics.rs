@@ -31,13 +31,19 @@ pub fn items(request: &Request, sessions: &Sessions) -> Vec<Item> {
 fn study<'a>(sessions: &'a Sessions, id: &str) -> Result<(&'a ReportInput, &'a StudyReport), String> {
     let input = sessions.as_ref().map_err(Clone::clone)?;
     let found = input.studies.iter().find(|s| s.study.id == id);
-    found.map(|s| (input, s)).ok_or_else(|| format!("no session of the study `{id}` was given"))
+    found.map(|s| (input, s)).ok_or_else(|| format!("no session of the study {id} was given"))
 }
 
 /// ` (SIMULATED data)`, where the sessions are such.
 fn stamp(sessions: &Sessions) -> String {
     let stamp = sessions.as_ref().ok().and_then(|input| input.stamp.as_deref());
     stamp.map_or(String::new(), |s| format!(" ({} data)", s.to_uppercase()))
+}
+
+/// `SIMULATED data. `, before what a table shows.
+fn stamped(sessions: &Sessions, caption: &str) -> String {
+    let stamp = sessions.as_ref().ok().and_then(|input| input.stamp.as_deref());
+    stamp.map_or(caption.to_owned(), |s| format!("{} data. {caption}", s.to_uppercase()))
 }
 
 /// What differs in every study.
@@ -48,7 +54,7 @@ fn differs(sessions: &Sessions) -> Vec<String> {
     ];
     if let Ok(ReportInput { stamp: Some(stamp), .. }) = sessions {
         let simulated = "The votes are drawn from a model that the study file states; they show that the line works and nothing else. \
-                         `--sessions DIR` takes real ones.";
+                         --sessions DIR takes real ones.";
         let other = format!("The sessions are {stamp}: they are not people's answers to the study.");
         all.insert(0, if stamp == "simulated" { simulated.to_owned() } else { other });
     }
@@ -77,7 +83,7 @@ fn base(id: &'static str, title: String, printed_in: &'static str, printed: Stri
 fn opinions(request: &Request, sessions: &Sessions) -> Item {
     let printed = "mean opinion scores of consistency with 90 % intervals of SSSR, Ours and RayTracing in Pica, Room and Wine, as \
                    bars; no number of it is printed.";
-    let here = "the same of the study `consistency`: the mean over participants and its Student t interval, at the level that the \
+    let here = "the same of the study consistency: the mean over participants and its Student t interval, at the level that the \
                 study file fixed.";
     let title = format!("Figure 19: mean opinion scores of consistency{}", stamp(sessions));
     let item = base("figure19", title, "Figure 19, section 6.2", printed.to_owned(), here.to_owned());
@@ -104,7 +110,7 @@ fn with_scores(request: &Request, sessions: &Sessions, mut item: Item, id: &str)
 /// The signed-rank test of §6.2.
 fn test(request: &Request, sessions: &Sessions) -> Item {
     let columns = ["source", "contrast", "n", "z", "p", "p, exact"];
-    let mut grid = Grid::new("Wilcoxon's signed-rank test of the first study.", &columns);
+    let mut grid = Grid::new(stamped(sessions, "Wilcoxon's signed-rank test of the first study."), &columns);
     grid.rows.push(vec![
         Cell::word(SOURCES[0]),
         Cell::word("Ours and SSSR"),
@@ -155,7 +161,7 @@ fn test(request: &Request, sessions: &Sessions) -> Item {
 
 /// Figure 18.
 fn choices(request: &Request, sessions: &Sessions, (id, figure, what): (&'static str, &str, &str)) -> Item {
-    let title = format!("Figure {figure}: choices, study `{id}`{}", stamp(sessions));
+    let title = format!("Figure {figure}: choices, study {id}{}", stamp(sessions));
     let printed = format!(
         "the distribution of the choices ({what}) and their mean scores, as bars. The text says that every mean is above {:.1}, where \
          2 is no difference and 3 is Ours.",
@@ -166,13 +172,13 @@ fn choices(request: &Request, sessions: &Sessions, (id, figure, what): (&'static
         title,
         "Figure 18, section 6.2",
         printed,
-        format!("the same of the study `{id}`."),
+        format!("the same of the study {id}."),
     );
     let columns = ["condition", "mean score, printed", "mean score here", "other", "no difference", "Ours"];
     if let Ok((_, study)) = study(sessions, id)
         && let Some(preference) = &study.all.preference
     {
-        let mut grid = Grid::new("Mean scores and choices, condition by condition.", &columns);
+        let mut grid = Grid::new(stamped(sessions, "Mean scores and choices, condition by condition."), &columns);
         for c in &preference.conditions {
             let varies = |f: &&(String, String)| preference.conditions.iter().any(|o| !o.factors.contains(f));
             let name: Vec<&str> = c.factors.iter().filter(varies).map(|f| f.1.as_str()).collect();
@@ -196,7 +202,7 @@ fn other(input: &ReportInput, study: &StudyReport) -> Item {
     let stamp = input.stamp.as_deref().map_or(String::new(), |s| format!(" ({} data)", s.to_uppercase()));
     let mut item = base(
         "other-study",
-        format!("Study `{}`: {title}{stamp}", study.study.id),
+        format!("Study {}: {title}{stamp}", study.study.id),
         "nowhere",
         "no such study.".to_owned(),
         "its scores and tests.".to_owned(),

@@ -47,8 +47,8 @@ pub fn call(request: &Request, id: &str) -> Option<String> {
 
 /// Table 1.
 pub fn scenes(made: &Made) -> Item {
-    let columns = ["scene", "", "triangles", "moving", "reflective materials", "roughness, range", "roughness, mean"];
-    let columns = columns.map(|c| if c.is_empty() { "source" } else { c });
+    let columns =
+        ["scene", "source", "triangles", "moving", "reflective materials", "roughness, range", "roughness, mean"];
     let mut grid = Grid::new("Parameters of the scenes; reflective: roughness below 0.8.", &columns);
     let whole = |n: usize| Cell::Number(n as f64, 0, "");
     for (name, printed, ours) in both(&TABLE_1, |p| p.scene, &made.scenes) {
@@ -93,7 +93,9 @@ pub fn scenes(made: &Made) -> Item {
         blocks: Vec::new(),
         differs: vec![
             OTHER_SCENES.to_owned(),
-            "The publication does not say over what its mean roughness is taken.".to_owned(),
+            "The publication does not say over what its mean roughness is taken. It counts dynamic objects; here the parts that move \
+             are counted one by one."
+                .to_owned(),
         ],
         call: None,
     }
@@ -175,7 +177,7 @@ pub fn quality(request: &Request, made: &Made) -> Item {
         publication: Publication::Reflection,
         printed_in: "Table 2, section 5.1",
         printed: "SSIM, LPIPS and DISTS of SSSR and of Ours against the ground truth, eye by eye.".to_owned(),
-        here: "means over the rounds. SSSR is `sssr`, Ours is `stereo`, both with one ray a pixel. SSIM lies close to 1 or far \
+        here: "means over the rounds. SSSR is sssr, Ours is stereo, both with one ray a pixel. SSIM lies close to 1 or far \
                from it by scene; what it lacks of 1 is compared as a ratio, below 1 where Ours is better."
             .to_owned(),
         tables: vec![ssim, learned],
@@ -327,10 +329,13 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
         title: "Error against time".to_owned(),
         publication: Publication::Reflection,
         printed_in: "section 5.1",
-        printed: "no such figure. Its text says that more samples of SSSR do not resolve the inconsistency (Figure 10).".to_owned(),
-        here: "`sssr` and `stereo` with 1, 2 and 4 rays a pixel, and two paths through the geometry. The last column is the \
-               method's error over that of `sssr` where both take as long; below 1 the method is better."
-            .to_owned(),
+        printed:
+            "no such figure. Its text says that more samples of SSSR do not resolve the inconsistency (Figure 10)."
+                .to_owned(),
+        here:
+            "sssr and stereo with 1, 2 and 4 rays a pixel, and two paths through the geometry. The last column is the \
+               method's error over that of sssr where both take as long; below 1 the method is better."
+                .to_owned(),
         tables: vec![grid],
         pictures: Vec::new(),
         drawings,
@@ -346,9 +351,9 @@ pub fn modules(request: &Request, made: &Made) -> Item {
     const MEASURES: [(&str, &str); 5] = [
         ("1 − SSIM", "one_minus_reflection_ssim"),
         ("MSE", "mse"),
-        ("lasting inconsistency, share", "systematic_inconsistency"),
-        ("lasting contrast²", "systematic_unbiased"),
-        ("noise between the eyes", "noise_variance"),
+        ("lasting, share", "systematic_inconsistency"),
+        ("lasting, contrast²", "systematic_unbiased"),
+        ("noise between eyes", "noise_variance"),
     ];
     let modules = [
         ("Traversal", "stereo-no-traversal"),
@@ -358,7 +363,11 @@ pub fn modules(request: &Request, made: &Made) -> Item {
     ];
     let columns: Vec<&str> =
         ["scene", "without", "trace + resolve"].into_iter().chain(MEASURES.map(|(title, _)| title)).collect();
-    let mut grid = Grid::new("Without a module, over the full method: above 1 the module helps.", &columns);
+    let mut grid = Grid::new(
+        "Without a module, over the full method: above 1 the module helps. Lasting is what differs between the eyes whatever the random \
+         numbers, noise what changes with them.",
+        &columns,
+    );
     for m in &made.scenes {
         let why = made.why(ID, &m.name);
         let scene = made.scene(ID, &m.name);
@@ -393,7 +402,7 @@ pub fn modules(request: &Request, made: &Made) -> Item {
         drawings: Vec::new(),
         blocks: Vec::new(),
         differs: vec![
-            "Without the traversal the full method loses little, because the reprojection fills the same gaps from the other eye."
+            "Leaving out the traversal alone can change little: the reprojection fills many of the same gaps from the other eye."
                 .to_owned(),
         ],
         call: call(request, ID),

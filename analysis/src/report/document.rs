@@ -15,6 +15,8 @@ use crate::wilcoxon::percent;
 pub enum Block {
     /// A heading of level 1 or 2.
     Heading(u8, String),
+    /// The headings of level 1, as links.
+    Contents,
     /// A paragraph.
     Text(String),
     /// A list of remarks.

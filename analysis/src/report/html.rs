@@ -33,8 +33,28 @@ pub fn page(title: &str, stamp: Option<&str>, blocks: &[Block]) -> String {
             escape(&stamp.to_uppercase())
         );
     }
+    let titles: Vec<&str> = blocks
+        .iter()
+        .filter_map(|block| match block {
+            Block::Heading(1, title) => Some(title.as_str()),
+            _ => None,
+        })
+        .collect();
+    let mut section = 0;
     for block in blocks {
-        write_block(&mut out, block);
+        match block {
+            Block::Heading(1, title) => {
+                section += 1;
+                let _ = write!(out, "<h2 id=\"s{section}\">{}</h2>", escape(title));
+            }
+            Block::Contents => {
+                let link =
+                    |(i, title): (usize, &&str)| format!("<li><a href=\"#s{}\">{}</a></li>", i + 1, escape(title));
+                let links: String = titles.iter().enumerate().map(link).collect();
+                let _ = write!(out, "<nav><ul>{links}</ul></nav>");
+            }
+            block => write_block(&mut out, block),
+        }
     }
     out += "</main></body></html>\n";
     out
@@ -62,6 +82,7 @@ pub(super) fn facts_table(facts: &[(&str, String)]) -> String {
 
 fn write_block(out: &mut String, block: &Block) {
     let _ = match block {
+        Block::Contents => Ok(()),
         Block::Heading(level, text) => write!(out, "<h{0}>{1}</h{0}>", level + 1, escape(text)),
         Block::Text(text) => write!(out, "<p>{}</p>", escape(text)),
         Block::Notes(notes) => {

@@ -23,7 +23,7 @@ pub fn markdown(input: &ReportInput) -> String {
                 let rows: String = rows.iter().map(|r| line(r)).collect();
                 format!("{}{rule}{rows}\n{}\n\n", line(&head), md(&caption))
             }
-            Block::Plot { .. } => String::new(),
+            Block::Plot { .. } | Block::Contents => String::new(),
             Block::Drawing { caption, .. } | Block::Picture { caption, .. } => {
                 format!("(picture: {})\n\n", md(&caption))
             }
@@ -70,7 +70,11 @@ pub fn latex(input: &ReportInput) -> String {
                     tex(&caption)
                 )
             }
-            Block::Plot { .. } | Block::Drawing { .. } | Block::Picture { .. } | Block::Details { .. } => String::new(),
+            Block::Plot { .. }
+            | Block::Contents
+            | Block::Drawing { .. }
+            | Block::Picture { .. }
+            | Block::Details { .. } => String::new(),
         };
     }
     out + "\\end{document}\n"

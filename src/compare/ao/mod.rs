@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 use cyclopean_analysis::files;
 
-use super::{CompareError, file_stem, keep_failure, make_folder};
+use super::{CompareError, file_stem, keep_failure, make_folder, sweep_folder};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{AoSettings, Settings};
@@ -70,6 +70,10 @@ pub fn compare_and_show(
     let (out, settings) = (&options.out, &options.settings);
     // Fail before the work, not after it.
     make_folder(out)?;
+    if let Some(folder) = &options.keep {
+        make_folder(folder)?;
+        sweep_folder(folder)?;
+    }
     let mut report = AoReport {
         device: gpu.info().clone(),
         width: settings.width,
