@@ -87,6 +87,8 @@ void main() {
     ivec3 texel = ivec3(id);
 #endif
     uint eye = id.z;
+    // With a guard band or without one, a pixel that is shown has the same random numbers; those of the band wrap around.
+    uvec2 shown = id.xy - frame.guard;
     vec2 center = vec2(id.xy) + 0.5;
     float depth = texelFetch(depth_image, texel, 0).x;
     vec3 direct = vec3(0.0);
@@ -105,13 +107,13 @@ void main() {
 #ifdef REUSE
             vec3 share;
             if (!is_known(known, i, share)) {
-                share = mean_share(i, position, s.face_normal, eye, id.xy);
+                share = mean_share(i, position, s.face_normal, eye, shown);
                 if (listed == 0u) learn(known, i, share);
             }
             direct += light * share;
             diffuse += of_light * share;
 #else
-            direct += light * mean_share(i, position, s.face_normal, eye, id.xy);
+            direct += light * mean_share(i, position, s.face_normal, eye, shown);
 #endif
         }
     }

@@ -94,15 +94,13 @@ fn the_operator_sees_the_session_pauses_repeats_skips_and_notes() {
     let window = desk.window();
     let journal = lab.journal("p1", "001");
     let count = |is: &dyn Fn(&Record) -> bool| entries(&journal).iter().filter(|e| is(&e.record)).count();
-    until("a stimulus stands", || count(&|r| matches!(r, Record::Begin(_))) == 1);
-    std::thread::sleep(Duration::from_millis(2500));
-    desk.picture("stimulus");
+    until("a presentation begins", || count(&|r| matches!(r, Record::Begin(_))) == 1);
+    until("its stimulus is mirrored", || desk::shows_stimulus(&desk.picture("stimulus")));
 
     desk.window_does("windowfocus", &window, &[]);
     for key in ["n", "c", "o", "u", "g", "h", "e", "d", "space", "p"] {
         desk.key(key);
     }
-    std::thread::sleep(Duration::from_millis(500));
     desk.picture("note");
     desk.key("Return");
     until("the note is kept", || count(&|r| matches!(r, Record::Note(n) if n.text == "coughed p")) == 1);
@@ -110,7 +108,6 @@ fn the_operator_sees_the_session_pauses_repeats_skips_and_notes() {
     until("it is repeated", || count(&|r| matches!(r, Record::Interrupted(i) if i.reason == "repeat")) == 1);
     desk.key("p");
     until("it stands still", || count(&|r| matches!(r, Record::Pause(p) if p.reason == "operator")) == 1);
-    std::thread::sleep(Duration::from_millis(500));
     desk.picture("paused");
     desk.key("c");
     until("it goes on", || count(&|r| matches!(r, Record::Continue(_))) == 1);

@@ -6,7 +6,7 @@ mod pictures;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use cyclopean::render::Settings;
+use cyclopean::render::{Settings, Trace};
 use cyclopean::scene::{Alpha, Eye, Light, LightSource, Material, Scene, StereoCamera};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
@@ -221,16 +221,25 @@ fn shadows_are_the_same_under_every_method_and_seed() {
     let light =
         LightSource::Point { position: DVec3::new(1.0, 1.5, 0.5), intensity: Vec3::ONE, range_m: f32::INFINITY };
     let scene = several(vec![Light { size: 0.2, ..light.into() }]);
-    let without_reflection = |method: &str, seed: u32| {
-        let r = render(&gpu, &scene, method, &Settings { seed, ..settings(48, 32) });
+    let without_reflection_by = |trace: Trace, method: &str, seed: u32| {
+        let r = render(&gpu, &scene, method, &Settings { seed, trace, ..settings(48, 32) });
         let pixels = r.linear.eyes.iter().flatten().zip(r.reflection.eyes.iter().flatten());
         pixels.map(|(l, r)| l[0] - r[0]).collect::<Vec<f32>>()
     };
+    let without_reflection = |method: &str, seed: u32| without_reflection_by(Trace::Auto, method, seed);
     let first = without_reflection("sssr", 1);
     for (method, seed) in [("sssr", 2), ("stereo", 1), ("path-traced@2", 3)] {
         let other = without_reflection(method, seed);
         let largest = first.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(largest < 2e-3, "{method}, seed {seed}: {largest}");
+    }
+    // A guard band moves every pixel in the image that is drawn, and no soft shadow may see that. Along silhouettes the
+    // rasteriser may decide otherwise: one value in a hundred is let go.
+    for trace in [Trace::Cpu, Trace::Bvh] {
+        let plain = without_reflection_by(trace, "sssr", 1);
+        let banded = without_reflection_by(trace, "sssr-guardband", 1);
+        let differing = plain.iter().zip(&banded).filter(|(a, b)| (*a - *b).abs() > 2e-3).count();
+        assert!(differing * 100 <= plain.len(), "{trace:?}: {differing} of {} values", plain.len());
     }
 }
 

@@ -1,4 +1,4 @@
-// Nearest intersection, and any matter on the way to a light, in a binary BVH held in textures: the way of a device without ray queries. Needs `node_rows`
+// Nearest intersection, and any matter on the way to a light, in a binary BVH held in textures, for devices without ray queries. Needs `node_rows`
 // (usampler2D: NodeData, sixteen bytes a texel) from the includer and what rays.glsl declares.
 // Textures, not storage buffers: gathering from a buffer lane by lane makes a software device four times slower.
 // Sources: Möller & Trumbore 1997; slab test with the direction's inverse.
@@ -8,6 +8,11 @@
 const int STACK_SIZE = 96;
 // A leaf that does not exist.
 const uint FINISHED = 0xffffffffu;
+
+// The nodes that the current ray has yet to visit: globals of the invocation, because a stack that is handed from function to
+// function would be copied. An invocation follows one ray at a time.
+uint stack[STACK_SIZE];
+int stack_top;
 
 float enter(vec3 lower, vec3 upper, vec3 origin, vec3 inverse, float t_max) {
     vec3 a = (lower - origin) * inverse, b = (upper - origin) * inverse;
@@ -22,6 +27,32 @@ vec3 inverse_of(vec3 direction) {
     return vec3(abs(direction.x) > 1e-20 ? 1.0 / direction.x : (direction.x < 0.0 ? -1e20 : 1e20),
                 abs(direction.y) > 1e-20 ? 1.0 / direction.y : (direction.y < 0.0 ? -1e20 : 1e20),
                 abs(direction.z) > 1e-20 ? 1.0 / direction.z : (direction.z < 0.0 ? -1e20 : 1e20));
+}
+
+uint next_of_stack() {
+    return stack_top > 0 ? stack[--stack_top] : FINISHED;
+}
+
+// Goes down from a node to the next leaf whose box the ray enters before t_max, or to FINISHED. Lanes that share an
+// instruction stream stay together where all of them look for a leaf first and test its triangles afterwards.
+uint next_leaf(uint at, vec3 origin, vec3 inverse, float t_max) {
+    while ((at & LEAF) == 0u) {
+        vec4 l0 = row(node_rows, 4u * at), u0 = row(node_rows, 4u * at + 1u);
+        vec4 l1 = row(node_rows, 4u * at + 2u), u1 = row(node_rows, 4u * at + 3u);
+        float ta = enter(l0.xyz, u0.xyz, origin, inverse, t_max);
+        float tb = enter(l1.xyz, u1.xyz, origin, inverse, t_max);
+        uint a = floatBitsToUint(l0.w), b = floatBitsToUint(l1.w);
+        uint near = tb < ta ? b : a, far = tb < ta ? a : b;
+        if (max(ta, tb) < FLT_MAX && stack_top < STACK_SIZE) stack[stack_top++] = far;
+        at = min(ta, tb) < FLT_MAX ? near : next_of_stack();
+    }
+    return at;
+}
+
+// The triangles of a leaf: first and behind the last.
+uvec2 triangles_of(uint leaf) {
+    uint first = leaf & ((1u << COUNT_SHIFT) - 1u);
+    return uvec2(first, first + (leaf >> COUNT_SHIFT & 7u) + 1u);
 }
 
 // Where a ray meets a triangle.
@@ -53,29 +84,11 @@ bool meets(uint triangle, vec3 origin, vec3 direction, float t_max, out Meeting 
 Intersection intersect(vec3 origin, vec3 direction) {
     Intersection best = Intersection(FLT_MAX, vec2(0.0), NO_TRIANGLE);
     vec3 inverse = inverse_of(direction);
-    uint stack[STACK_SIZE];
-    int top = 0;
-    uint at = 0u;
-    // Inner nodes until every lane has a leaf, then the leaves: lanes that share an instruction stream stay together.
-    while (true) {
-        while ((at & LEAF) == 0u) {
-            vec4 l0 = row(node_rows, 4u * at), u0 = row(node_rows, 4u * at + 1u);
-            vec4 l1 = row(node_rows, 4u * at + 2u), u1 = row(node_rows, 4u * at + 3u);
-            float ta = enter(l0.xyz, u0.xyz, origin, inverse, best.t);
-            float tb = enter(l1.xyz, u1.xyz, origin, inverse, best.t);
-            uint a = floatBitsToUint(l0.w), b = floatBitsToUint(l1.w);
-            uint near = tb < ta ? b : a, far = tb < ta ? a : b;
-            if (max(ta, tb) < FLT_MAX && top < STACK_SIZE) stack[top++] = far;
-            if (min(ta, tb) < FLT_MAX) {
-                at = near;
-            } else {
-                at = top > 0 ? stack[--top] : FINISHED;
-            }
-        }
-        if (at == FINISHED) return best;
-        uint first = at & ((1u << COUNT_SHIFT) - 1u);
-        uint end = first + (at >> COUNT_SHIFT & 7u) + 1u;
-        for (uint i = first; i < end; ++i) {
+    stack_top = 0;
+    uint leaf = next_leaf(0u, origin, inverse, best.t);
+    while (leaf != FINISHED) {
+        uvec2 triangles = triangles_of(leaf);
+        for (uint i = triangles.x; i < triangles.y; ++i) {
             Meeting m;
             if (!meets(i, origin, direction, best.t, m)) continue;
 #ifndef TWO_SIDED
@@ -84,7 +97,7 @@ Intersection intersect(vec3 origin, vec3 direction) {
             if (HAS_MASK != 0u && (m.flags & MASKED) != 0u && !uncut(i, m.uv)) continue;
             best = Intersection(m.t, m.uv, i);
         }
-        at = top > 0 ? stack[--top] : FINISHED;
+        leaf = next_leaf(next_of_stack(), origin, inverse, best.t);
     }
     return best;
 }
@@ -92,35 +105,18 @@ Intersection intersect(vec3 origin, vec3 direction) {
 vec3 transmittance(vec3 origin, vec3 direction, float t_max) {
     vec3 share = vec3(1.0);
     vec3 inverse = inverse_of(direction);
-    uint stack[STACK_SIZE];
-    int top = 0;
-    uint at = 0u;
-    while (true) {
-        while ((at & LEAF) == 0u) {
-            vec4 l0 = row(node_rows, 4u * at), u0 = row(node_rows, 4u * at + 1u);
-            vec4 l1 = row(node_rows, 4u * at + 2u), u1 = row(node_rows, 4u * at + 3u);
-            float ta = enter(l0.xyz, u0.xyz, origin, inverse, t_max);
-            float tb = enter(l1.xyz, u1.xyz, origin, inverse, t_max);
-            uint a = floatBitsToUint(l0.w), b = floatBitsToUint(l1.w);
-            uint near = tb < ta ? b : a, far = tb < ta ? a : b;
-            if (max(ta, tb) < FLT_MAX && top < STACK_SIZE) stack[top++] = far;
-            if (min(ta, tb) < FLT_MAX) {
-                at = near;
-            } else {
-                at = top > 0 ? stack[--top] : FINISHED;
-            }
-        }
-        if (at == FINISHED) return share;
-        uint first = at & ((1u << COUNT_SHIFT) - 1u);
-        uint end = first + (at >> COUNT_SHIFT & 7u) + 1u;
-        for (uint i = first; i < end; ++i) {
+    stack_top = 0;
+    uint leaf = next_leaf(0u, origin, inverse, t_max);
+    while (leaf != FINISHED) {
+        uvec2 triangles = triangles_of(leaf);
+        for (uint i = triangles.x; i < triangles.y; ++i) {
             Meeting m;
             if (!meets(i, origin, direction, t_max, m)) continue;
             if (HAS_MASK != 0u && (m.flags & MASKED) != 0u && !uncut(i, m.uv)) continue;
             if (HAS_GLASS == 0u || (m.flags & TRANSMITS) == 0u) return vec3(0.0);
             share *= let_through(i, m.uv);
         }
-        at = top > 0 ? stack[--top] : FINISHED;
+        leaf = next_leaf(next_of_stack(), origin, inverse, t_max);
     }
     return share;
 }

@@ -65,7 +65,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     }
 }
 
-const MEND_VULKAN: &str = "apt-get install libvulkan1 mesa-vulkan-drivers (or your graphics card's own driver)";
+const MEND_VULKAN: &str = "apt-get install libvulkan1 mesa-vulkan-drivers (or your graphics card's own driver); without the right to install: docs/cluster.md";
 const MEND_CARD: &str =
     "install the card's Vulkan driver; on a cluster ask for a card (Slurm: --gres=gpu:1) and see docs/cluster.md";
 

@@ -54,8 +54,12 @@ impl Desk {
         std::fs::create_dir_all(&gallery).unwrap();
         let manager =
             Command::new("openbox").env("DISPLAY", &display).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
-        std::thread::sleep(Duration::from_millis(500));
-        Some(Desk { server, manager, display, gallery: gallery.join(name), _one: one })
+        let desk = Desk { server, manager, display, gallery: gallery.join(name), _one: one };
+        if desk.has_manager() {
+            // Only a window manager answers this question.
+            until("the window manager manages", || desk.xdotool(&["get_num_desktops"]).is_some());
+        }
+        Some(desk)
     }
 
     /// Minimising needs one.
@@ -74,6 +78,13 @@ impl Desk {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program starts")
+    }
+
+    /// The same; what it says on standard error can be read in a file meanwhile.
+    pub fn on_saying(&self, command: &mut Command, said: &Path) -> Child {
+        let said = std::fs::File::create(said).unwrap();
+        command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env("CYCLOPEAN_VALIDATION", "1");
+        command.stdout(Stdio::piped()).stderr(said).spawn().expect("the program starts")
     }
 
     fn xdotool(&self, args: &[&str]) -> Option<String> {
@@ -101,9 +112,7 @@ impl Desk {
     }
 
     pub fn click(&self, x: i32, y: i32) {
-        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
-        std::thread::sleep(Duration::from_millis(150));
-        self.xdotool(&["click", "1"]);
+        self.xdotool(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
     }
 
     pub fn window_does(&self, what: &str, window: &str, more: &[&str]) {
@@ -118,6 +127,16 @@ impl Desk {
         let status = import.arg(format!("png24:{}", path.display())).status();
         assert!(status.expect("import").success());
         image::open(&path).expect("a picture of the screen").into_rgb8()
+    }
+
+    /// The same, once the screen stands still: two pictures in a row show the same.
+    pub fn still_picture(&self, what: &str) -> image::RgbImage {
+        let mut last = self.picture(what);
+        until(&format!("{what}: the screen stands still"), || {
+            let before = std::mem::replace(&mut last, self.picture(what));
+            before == last
+        });
+        last
     }
 }
 
@@ -138,11 +157,11 @@ pub fn entries(journal: &Path) -> Vec<Entry> {
     }
 }
 
-/// Waits for something, at most a minute.
+/// Waits for something, at most two minutes.
 pub fn until(what: &str, mut is: impl FnMut() -> bool) {
     let began = Instant::now();
     while !is() {
-        assert!(began.elapsed() < Duration::from_secs(60), "not within a minute: {what}");
+        assert!(began.elapsed() < Duration::from_secs(120), "not within two minutes: {what}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -158,6 +177,13 @@ pub const FILM: Film = Film { rate_hz: 10.0, frames: 6 };
 pub const SINKS_PX: u32 = 10;
 pub const LEFT: [u8; 3] = [200, 60, 60];
 pub const RIGHT: [u8; 3] = [60, 60, 200];
+
+/// Does a stimulus of [`EyePainter`] stand on this screen? Its ground has a colour, in every mode of the display; panels and
+/// pages are grey. The title bar is left out, and the coloured frame that marks a pilot session is far smaller.
+pub fn shows_stimulus(screen: &image::RgbImage) -> bool {
+    let chroma = |p: [u8; 3]| p.iter().max().zip(p.iter().min()).map_or(0, |(high, low)| high - low);
+    screen.enumerate_pixels().filter(|(_, y, p)| *y > 40 && chroma(p.0) > 15).count() > 20_000
+}
 
 impl StimulusRenderer for EyePainter {
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -81,6 +81,8 @@ impl Hands {
 /// A connection that keeps sending what was set last.
 pub struct Remote {
     state: Arc<Mutex<Hands>>,
+    /// Packets sent so far.
+    sent: Arc<AtomicU64>,
     done: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     relay: Child,
@@ -91,7 +93,8 @@ impl Remote {
     pub fn connect(service: u32) -> Remote {
         let state = Arc::new(Mutex::new(Hands::default()));
         let done = Arc::new(AtomicBool::new(false));
-        let (sent, over) = (Arc::clone(&state), Arc::clone(&done));
+        let sent = Arc::new(AtomicU64::new(0));
+        let (current, over, count) = (Arc::clone(&state), Arc::clone(&done), Arc::clone(&sent));
         // Only a process can enter another's network; what we write goes on to the driver.
         let relay = "until exec 3<>/dev/tcp/127.0.0.1/4242; do sleep 0.1; done 2>/dev/null; exec cat >&3";
         let mut command = Command::new("nsenter");
@@ -100,19 +103,29 @@ impl Remote {
         let mut stream = relay.stdin.take().expect("a pipe");
         let send = move || {
             while !over.load(Ordering::Relaxed) {
-                let packet = sent.lock().unwrap().packet();
+                let packet = current.lock().unwrap().packet();
                 if stream.write_all(&packet).is_err() {
                     return;
                 }
+                count.fetch_add(1, Ordering::Relaxed);
                 std::thread::sleep(Duration::from_millis(20));
             }
         };
-        Remote { state, done, thread: Some(std::thread::spawn(send)), relay }
+        Remote { state, sent, done, thread: Some(std::thread::spawn(send)), relay }
     }
 
     /// From now on.
     pub fn set(&self, change: impl FnOnce(&mut Hands)) {
         change(&mut self.state.lock().unwrap());
+    }
+
+    /// Waits until what was set last has gone out in `packets` packets.
+    pub fn sent(&self, packets: u64) {
+        // The packet that is being written may still hold the state before.
+        let wanted = self.sent.load(Ordering::Relaxed) + packets + 1;
+        super::wait_for("packets to the headset", Duration::from_secs(60), || {
+            (self.sent.load(Ordering::Relaxed) >= wanted).then_some(())
+        });
     }
 
     /// For a tenth of a second, then as before: long enough for several packets and frames.

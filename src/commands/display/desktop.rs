@@ -5,7 +5,7 @@ use std::time::Instant;
 use winit::keyboard::{Key, NamedKey};
 
 use super::Found;
-use crate::console::check_interrupted;
+use crate::console::{Console, check_interrupted};
 use crate::display::content::{Content, Dots};
 use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage};
 use crate::display::intervals::Intervals;
@@ -38,15 +38,15 @@ struct Card<'a> {
 ///
 /// # Errors
 /// No desktop, a window that was closed, a failing device.
-pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool) -> anyhow::Result<Found> {
+pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Result<Found> {
     let stage = Stage::open(&DesktopOptions { title: "cyclopean display test".to_owned(), ..options.clone() })?;
     let panel = Panel::new(stage.gpu(), options.px_per_degree, None, true)?;
     let mut test = Test { words: None, panel, stage, options };
     test.stage.start_clock(0);
     let intervals = test.measure(seconds)?;
     let asks_eyes = !is_unattended && test.options.mode.is_stereo();
-    let eyes_right = if asks_eyes { Some(test.ask_eyes()?) } else { None };
-    let depth_right = if asks_eyes { Some(test.ask_depth()?) } else { None };
+    let eyes_right = if asks_eyes { Some(test.ask_eyes(console)?) } else { None };
+    let depth_right = if asks_eyes { Some(test.ask_depth(console)?) } else { None };
     test.stage.gpu().check_validation()?;
     let monitor = test.stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
     Ok(Found {
@@ -129,11 +129,12 @@ impl Test {
     }
 
     /// Each eye sees one of two words.
-    fn ask_eyes(&mut self) -> anyhow::Result<bool> {
+    fn ask_eyes(&mut self, console: &Console) -> anyhow::Result<bool> {
         let question = self.line("Close your right eye. Which word do you see? Press L or R.", 0.3);
         let notes = |word: &str, test: &Test| vec![question.clone(), test.line(word, 0.5)];
         let (left, right) = (notes("L  left", self), notes("R  right", self));
         let mut is_new = true;
+        console.note(super::WHICH_WORD);
         loop {
             let keys = self.show(&Card { notes: [&left, &right], patch: None }, is_new)?;
             is_new = false;
@@ -148,7 +149,7 @@ impl Test {
     }
 
     /// Squares that only two eyes together can see, two pixels in front.
-    fn ask_depth(&mut self) -> anyhow::Result<(u32, u32)> {
+    fn ask_depth(&mut self, console: &Console) -> anyhow::Result<(u32, u32)> {
         let trials: Vec<ScreeningTrial> = (0..STEREOGRAMS)
             .map(|trial| ScreeningTrial {
                 disparity_arcsec: 0.0,
@@ -166,6 +167,7 @@ impl Test {
         let content = Content::of_dots(trials.iter().enumerate().map(dots).collect());
         let mut right = 0;
         for (at, trial) in trials.iter().enumerate() {
+            console.note(super::which_square(at, trials.len()));
             right += u32::from(self.ask_one(&content, at)? == trial.shown);
         }
         Ok((right, STEREOGRAMS))

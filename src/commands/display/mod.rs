@@ -59,6 +59,14 @@ pub struct Found {
     pub depth_right: Option<(u32, u32)>,
 }
 
+/// Said to the operator when the participant is asked which word an eye sees.
+const WHICH_WORD: &str = "question: which word does the open eye see?";
+
+/// Said to the operator when stereogram `at` (from 0) of `count` stands before the participant.
+fn which_square(at: usize, count: usize) -> String {
+    format!("question: in which quarter of stereogram {} of {count} does a square float?", at + 1)
+}
+
 /// See [`Args`].
 ///
 /// # Errors
@@ -68,7 +76,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let found = match args.display {
         DisplayKind::Desktop => {
             let options = crate::display::desktop::DesktopOptions { hz: args.hz, ..args.desk.options() };
-            desktop::test(options, args.seconds, args.unattended)?
+            desktop::test(options, args.seconds, args.unattended, console)?
         }
         DisplayKind::Openxr => openxr::test(args.seconds, args.unattended, console)?,
     };

@@ -43,8 +43,8 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
     let (mut eyes_right, mut depth_right) = (None, None);
     if !is_unattended {
         console.note("answers: the stick and the trigger, or typed with Enter: 1 left, 2 right; then 1 to 4");
-        eyes_right = Some(test.ask_eyes()?);
-        depth_right = Some(test.ask_depth()?);
+        eyes_right = Some(test.ask_eyes(console)?);
+        depth_right = Some(test.ask_depth(console)?);
     }
     test.headset.gpu().check_validation()?;
     let info = test.headset.info();
@@ -106,11 +106,12 @@ impl Test {
     }
 
     /// Each eye sees one of two words; true: its own.
-    fn ask_eyes(&mut self) -> anyhow::Result<bool> {
+    fn ask_eyes(&mut self, console: &Console) -> anyhow::Result<bool> {
         let question = self.line("Close your right eye. Push the stick towards the word that you see.", 0.3);
         let left = [question.clone(), self.line("left", 0.5)];
         let right = [question, self.line("right", 0.5)];
         self.write([&left, &right])?;
+        console.note(super::WHICH_WORD);
         loop {
             let (_, acts) = self.frame()?;
             let typed = acts.typed.iter().find_map(|i| if let Input::Choose(at) = i { Some(*at) } else { None });
@@ -124,7 +125,7 @@ impl Test {
     }
 
     /// Squares that only two eyes together can see.
-    fn ask_depth(&mut self) -> anyhow::Result<(u32, u32)> {
+    fn ask_depth(&mut self, console: &Console) -> anyhow::Result<(u32, u32)> {
         let trial = |trial: u32| ScreeningTrial {
             disparity_arcsec: 0.0,
             disparity_px: 4,
@@ -141,6 +142,7 @@ impl Test {
         let content = Content::of_dots(trials.iter().enumerate().map(dots).collect());
         let mut right = 0;
         for (at, trial) in trials.iter().enumerate() {
+            console.note(super::which_square(at, trials.len()));
             right += u32::from(self.ask_one(&content, at)? == trial.shown);
         }
         Ok((right, STEREOGRAMS))

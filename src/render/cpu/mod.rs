@@ -32,7 +32,7 @@ use super::method::{Answer, Method};
 use super::settings::Trace;
 
 /// Changes with every change of this folder that changes a picture: part of its address.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Whether the processor traces a method's paths, on a device of this kind (see `DeviceInfo::kind`).
 pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {

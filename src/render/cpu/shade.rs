@@ -8,12 +8,12 @@ use glam::{Vec2, Vec3A};
 use super::super::shared::{FrameUniform, MASKED, TRANSMITS};
 use super::baked::baked_light;
 use super::environment::bilinear;
-use super::lights::{Kind, Light};
+use super::lights::Kind;
 use super::math::{Basis, FAR, reflect};
 use super::path_trace::{Inputs, Tally};
 use super::random::Sequence;
 use super::surface::Surface;
-use super::tree::{Intersection, Stack};
+use super::tree::{Intersection, Obstacle, Stack};
 use super::world::World;
 
 /// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
@@ -85,8 +85,8 @@ impl Shading<'_> {
                 continue;
             }
             if inputs.shadows && light.casts_shadow {
-                arrives *=
-                    self.walk.share(light, position, s.face_normal, || on_disc(draws.lights[i].sample(draws.index)));
+                let disc = || on_disc(draws.lights[i].sample(draws.index));
+                arrives *= self.walk.share(i, position, s.face_normal, disc);
             }
             sum += arrives;
         }
@@ -122,15 +122,20 @@ pub struct LightWalk<'a> {
     stack: Stack,
     /// How many.
     pub rays: u64,
+    /// Of each light, the pack of triangles that hid it last. Neighbours are mostly hidden by the same one, so that it is
+    /// asked before the tree. The answer stays the same, because one opaque triangle hides a light, whichever it is.
+    hid_last: Vec<Option<u32>>,
 }
 
 impl<'a> LightWalk<'a> {
     pub fn new(world: &'a World) -> LightWalk<'a> {
-        LightWalk { world, stack: Stack::new(), rays: 0 }
+        LightWalk { world, stack: Stack::new(), rays: 0, hid_last: vec![None; world.lights.len()] }
     }
 
-    /// Which share of a light that casts shadows reaches a point; `disc`: which point of the light, on the unit disc.
-    pub fn share(&mut self, light: &Light, position: Vec3A, face_normal: Vec3A, disc: impl FnOnce() -> Vec2) -> Vec3A {
+    /// Which share of a light that casts shadows reaches a point. `index` is the light's, `disc` says which point of the
+    /// light is asked, on the unit disc.
+    pub fn share(&mut self, index: usize, position: Vec3A, face_normal: Vec3A, disc: impl FnOnce() -> Vec2) -> Vec3A {
+        let light = &self.world.lights[index];
         let origin = position + face_normal * (SHADOW_OFFSET * position.length());
         let across = |toward: Vec3A, size: f32, disc: Vec2| {
             let basis = Basis::about(toward);
@@ -159,22 +164,31 @@ impl<'a> LightWalk<'a> {
         if toward.dot(face_normal) <= 0.0 {
             return Vec3A::ZERO;
         }
-        self.transmittance(origin, toward, t_max)
+        self.transmittance(index, (origin, toward, t_max))
     }
 
-    fn transmittance(&mut self, origin: Vec3A, direction: Vec3A, t_max: f32) -> Vec3A {
+    fn transmittance(&mut self, light: usize, (origin, direction, t_max): (Vec3A, Vec3A, f32)) -> Vec3A {
         self.rays += 1;
         let world = self.world;
+        let is_cut = |met: &Obstacle| met.flags & MASKED != 0 && !world.uncut(met.triangle, met.uv);
+        let lets_on = |met: Obstacle| met.flags & TRANSMITS != 0 || is_cut(&met);
+        if let Some(pack) = self.hid_last[light]
+            && !world.tree.every_of_pack(pack, (origin, direction, t_max), lets_on)
+        {
+            return Vec3A::ZERO;
+        }
         let mut share = Vec3A::ONE;
-        world.tree.every(origin, direction, t_max, &mut self.stack, |triangle, uv, flags| {
-            if flags & MASKED != 0 && !world.uncut(triangle, uv) {
+        let hid_last = &mut self.hid_last[light];
+        world.tree.every(origin, direction, t_max, &mut self.stack, |met| {
+            if is_cut(&met) {
                 return true;
             }
-            if flags & TRANSMITS == 0 {
+            if met.flags & TRANSMITS == 0 {
                 share = Vec3A::ZERO;
+                *hid_last = Some(met.pack);
                 return false;
             }
-            share *= world.let_through(triangle, uv);
+            share *= world.let_through(met.triangle, met.uv);
             true
         });
         share

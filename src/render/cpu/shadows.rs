@@ -90,11 +90,14 @@ impl Lit<'_> {
     fn pixel(&mut self, view: &View, surface: Surface, depth: f32, [x, y, eye]: [u32; 3]) -> Vec3A {
         let position = view.position([x as f32 + 0.5, y as f32 + 0.5], depth);
         let v = (view.eye() - position).normalize();
+        // As in the shader: a guard band does not change the random numbers of what is shown.
+        let [left, top] = self.frame.guard;
+        let shown = [x.wrapping_sub(left), y.wrapping_sub(top), eye];
         let mut direct = Vec3A::ZERO;
         for (i, light) in (0u32..self.frame.light_count).zip(&self.world.lights) {
             let arrives = light.on(&surface, position, v);
             if arrives != Vec3A::ZERO {
-                direct += arrives * self.mean_share(i, light, position, surface.face_normal, [x, y, eye]);
+                direct += arrives * self.mean_share((i, light), position, surface.face_normal, shown);
             }
         }
         direct
@@ -104,8 +107,7 @@ impl Lit<'_> {
     /// hidden, because an edge across the disc that none of six rays finds hides at most 3 % of it.
     fn mean_share(
         &mut self,
-        i: u32,
-        light: &Light,
+        (i, light): (u32, &Light),
         position: Vec3A,
         face_normal: Vec3A,
         [x, y, eye]: [u32; 3],
@@ -113,7 +115,7 @@ impl Lit<'_> {
         if !light.casts_shadow {
             return Vec3A::ONE;
         }
-        let mut share = |disc: Vec2| self.walk.share(light, position, face_normal, || disc);
+        let mut share = |disc: Vec2| self.walk.share(i as usize, position, face_normal, || disc);
         if light.size == 0.0 {
             return share(Vec2::ZERO);
         }

@@ -47,6 +47,18 @@ pub struct Intersection {
     pub triangle: u32,
 }
 
+/// A triangle that stands in a ray's way.
+#[derive(Debug, Clone, Copy)]
+pub struct Obstacle {
+    pub triangle: u32,
+    /// Weights of the second and third corner.
+    pub uv: Vec2,
+    /// The triangle's flags.
+    pub flags: u32,
+    /// The pack that holds it, for [`Tree::every_of_pack`].
+    pub pack: u32,
+}
+
 /// What a walk has yet to visit, and how far away it begins.
 pub type Stack = Vec<(u32, f32)>;
 
@@ -144,7 +156,7 @@ impl Tree {
                     }
                 }
             } else {
-                for pack in self.leaf(at) {
+                for pack in &self.packs[Tree::leaf_range(at)] {
                     let m = ray.meets(pack, t_max);
                     let mut seen = m.hits & m.facing.cmpgt(pack.facing).bitmask();
                     while seen != 0 {
@@ -172,8 +184,7 @@ impl Tree {
         }
     }
 
-    /// Shows every triangle on the way to `t_max`, from either side and in no order, with its flags; the walk ends where
-    /// `see` says false.
+    /// Shows every triangle on the way to `t_max`, from either side and in no order; the walk ends where `see` says false.
     #[inline]
     pub fn every(
         &self,
@@ -181,7 +192,7 @@ impl Tree {
         direction: Vec3A,
         t_max: f32,
         stack: &mut Stack,
-        mut see: impl FnMut(u32, Vec2, u32) -> bool,
+        mut see: impl FnMut(Obstacle) -> bool,
     ) {
         let ray = Ray::new(origin, direction);
         stack.clear();
@@ -200,15 +211,9 @@ impl Tree {
                     continue;
                 }
             } else {
-                for pack in self.leaf(at) {
-                    let m = ray.meets(pack, t_max);
-                    let mut hits = m.hits;
-                    while hits != 0 {
-                        let lane = hits.trailing_zeros() as usize & 3;
-                        hits &= hits - 1;
-                        if !see(pack.triangles[lane], Vec2::new(m.u[lane], m.v[lane]), pack.flags[lane]) {
-                            return;
-                        }
+                for pack in Tree::leaf_range(at) {
+                    if !self.show(&ray, pack as u32, t_max, &mut see) {
+                        return;
                     }
                 }
             }
@@ -219,10 +224,38 @@ impl Tree {
         }
     }
 
+    /// As [`Tree::every`], of one pack alone. Gives false where `see` has said false.
     #[inline]
-    fn leaf(&self, at: u32) -> &[Pack] {
+    pub fn every_of_pack(
+        &self,
+        pack: u32,
+        (origin, direction, t_max): (Vec3A, Vec3A, f32),
+        mut see: impl FnMut(Obstacle) -> bool,
+    ) -> bool {
+        self.show(&Ray::new(origin, direction), pack, t_max, &mut see)
+    }
+
+    #[inline(always)]
+    fn show(&self, ray: &Ray, index: u32, t_max: f32, see: &mut impl FnMut(Obstacle) -> bool) -> bool {
+        let pack = &self.packs[index as usize];
+        let m = ray.meets(pack, t_max);
+        let mut hits = m.hits;
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize & 3;
+            hits &= hits - 1;
+            let (triangle, flags) = (pack.triangles[lane], pack.flags[lane]);
+            if !see(Obstacle { triangle, uv: Vec2::new(m.u[lane], m.v[lane]), flags, pack: index }) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The packs of a leaf.
+    #[inline]
+    fn leaf_range(at: u32) -> std::ops::Range<usize> {
         let first = (at & ((1 << COUNT_SHIFT) - 1)) as usize;
-        &self.packs[first..first + (at >> COUNT_SHIFT & 7) as usize + 1]
+        first..first + (at >> COUNT_SHIFT & 7) as usize + 1
     }
 }
 
@@ -370,14 +403,21 @@ mod tests {
             assert_eq!(found, expected);
             met += usize::from(found.is_some());
             let mut seen = Vec::new();
-            tree.every(origin, direction, 1.0, &mut stack, |k, _, _| {
-                seen.push(k);
+            tree.every(origin, direction, 1.0, &mut stack, |met| {
+                seen.push(met.triangle);
+                // The pack that it names shows it again.
+                let mut again = Vec::new();
+                tree.every_of_pack(met.pack, (origin, direction, 1.0), |met| {
+                    again.push(met.triangle);
+                    true
+                });
+                assert!(again.contains(&met.triangle));
                 true
             });
             seen.sort_unstable();
             let mut expected = Vec::new();
             for (k, t) in alone.iter().enumerate() {
-                t.every(origin, direction, 1.0, &mut Stack::new(), |_, _, _| {
+                t.every(origin, direction, 1.0, &mut Stack::new(), |_| {
                     expected.push(k as u32);
                     true
                 });
@@ -392,6 +432,6 @@ mod tests {
         let tree = Tree::new(&[]);
         let mut stack = Stack::new();
         assert!(tree.nearest(Vec3A::ZERO, Vec3A::X, &mut stack, |_, _| true).is_none());
-        tree.every(Vec3A::ZERO, Vec3A::X, FAR, &mut stack, |_, _, _| panic!("nothing is there"));
+        tree.every(Vec3A::ZERO, Vec3A::X, FAR, &mut stack, |_| panic!("nothing is there"));
     }
 }
