@@ -11,6 +11,8 @@ pub mod display;
 pub mod gpu;
 pub mod method;
 pub mod metrics;
+#[cfg(feature = "gpu")]
+pub mod paper;
 pub mod picture;
 #[cfg(feature = "gpu")]
 pub mod render;

@@ -422,7 +422,7 @@ mod scenes {
             (vec!["compare", "room", "--edge-fade", "0.7"], "outside 0 to 0.5"),
             (vec!["compare", "room", "--exposure", "2"], "a scene says its own"),
             (vec!["compare", "room", "--until", "0.01"], "no percentage above 0"),
-            (vec!["compare", "room", "--keep", "k", "--effect", "ao"], "--effect ao keeps nothing"),
+            (vec!["compare", "room", "--shard", "0/2", "--keep", "k", "--effect", "ao"], "not for --effect ao"),
             (vec!["compare", "room", "--keep", "k", "--path", "sway"], "cannot be used with"),
         ] {
             let done = cyclopean(folder.path(), &arguments);

@@ -124,8 +124,7 @@ struct SceneArgs {
     #[arg(long)]
     cache: Option<PathBuf>,
     /// Keeps each scene's results in this folder as soon as it is measured, and takes from there what an earlier run with
-    /// the same options, program and device has kept, its times included, instead of measuring again. Not with --path
-    /// or --effect ao.
+    /// the same options, program and device has kept, its times included, instead of measuring again. Not with --path.
     #[arg(long, value_name = "DIR", conflicts_with = "path")]
     keep: Option<PathBuf>,
     /// One part of the scenes, `i/n` with i from 0 to n − 1, for many machines: their results go to --keep, or their
@@ -327,9 +326,8 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
     if of.until.is_some() {
         return Err(WrongUsage("--until is for the reference of reflections; --effect ao has none".to_owned()).into());
     }
-    if of.keep.is_some() || of.shard.is_some() || of.references_only {
-        let wrong =
-            "--keep, --shard and --references-only are for comparisons of reflections; --effect ao keeps nothing";
+    if of.shard.is_some() || of.references_only {
+        let wrong = "--shard and --references-only are for comparisons of reflections, not for --effect ao";
         return Err(WrongUsage(wrong.to_owned()).into());
     }
     // The comparison sets the method itself.
@@ -341,6 +339,7 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
         seeds: of.seeds,
         poses: of.poses,
         view: of.view.clone(),
+        keep: of.keep.clone(),
         out: of.out.clone(),
         loading: of.outside.loading(),
     };

@@ -5,18 +5,17 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use cyclopean_analysis::data::Selection;
 use cyclopean_analysis::files::{self, MOST_DATA};
-use cyclopean_analysis::journal::record::Kind;
 use cyclopean_analysis::report::{self, Figure, ReportInput, ReportOptions};
 
-use crate::console::{Console, check_interrupted};
-use crate::study::prepare::{self, Found, Shard};
-use crate::study::session::{self, Options};
+use crate::console::Console;
+use crate::study::prepare::{self, Shard};
 use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
 use crate::study::store::Store;
 use crate::study::validate::{self, Study};
 
 use super::catalogue::catalogue;
 use super::device::Size;
+use super::simulated::{STUDIES, Setting, prepare_stimuli, simulate, small};
 use super::stimulus::GpuStimuli;
 
 /// Prepares, runs and analyses the studies with simulated observers, on a small setting.
@@ -36,22 +35,8 @@ pub struct Args {
     device: Option<String>,
 }
 
-/// The paper's three.
-const STUDIES: [(&str, &str); 3] = [
-    ("consistency", include_str!("../../studies/consistency.json")),
-    ("quality", include_str!("../../studies/quality.json")),
-    ("ablation", include_str!("../../studies/ablation.json")),
-];
-
 /// Marks a folder whose sessions the demo may throw away.
 const MARK: &str = ".cyclopean-demo";
-
-/// What a small setting is.
-struct Setting {
-    width_px: u32,
-    height_px: u32,
-    reference_samples: u32,
-}
 
 /// See [`Args`].
 ///
@@ -123,45 +108,6 @@ fn fresh_sessions(out: &Path) -> anyhow::Result<PathBuf> {
     std::fs::create_dir_all(&sessions).with_context(|| format!("cannot make {}", sessions.display()))?;
     files::write_bytes(&mark, b"The sessions in this folder are simulated and made anew by each demo.\n")?;
     Ok(sessions)
-}
-
-/// The study with small pictures and few samples, written beside what it produces.
-fn small(out: &Path, name: &str, text: &str, setting: &Setting, observers: u32) -> anyhow::Result<Study> {
-    let mut study: serde_json::Value = serde_json::from_str(text).context("a built-in study is no JSON")?;
-    let stimuli = &mut study["stimuli"];
-    stimuli["width_px"] = setting.width_px.into();
-    stimuli["height_px"] = setting.height_px.into();
-    stimuli["samples"]["path-traced"] = setting.reference_samples.into();
-    study["participants"] = observers.into();
-    let folder = out.join("studies");
-    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let path = folder.join(format!("{name}.json"));
-    let text = serde_json::to_string_pretty(&study)?;
-    files::write_bytes(&path, text.as_bytes())?;
-    Ok(validate::parse(&path, text)?)
-}
-
-fn prepare_stimuli(study: &Study, store: &Store, renderer: &mut GpuStimuli, console: &Console) -> anyhow::Result<()> {
-    let total = prepare::requests(&study.definition, Shard::WHOLE).len() as u64;
-    let mut progress = console.progress(&format!("{} stimuli", study.definition.id), total);
-    prepare::prepare(&study.definition, store, renderer, Shard::WHOLE, &mut |request, found| {
-        check_interrupted()?;
-        let what = if found == Found::Whole { "is there" } else { "rendering" };
-        progress.step(&format!("{} {what}", request.label()));
-        Ok(())
-    })?;
-    Ok(())
-}
-
-fn simulate(study: &Study, store: &Store, sessions: &Path, observers: u32, console: &Console) -> anyhow::Result<()> {
-    let mut progress = console.progress(&format!("{} sessions", study.definition.id), u64::from(observers));
-    for number in 1..=observers {
-        check_interrupted()?;
-        let participant = format!("sim{number:02}");
-        session::simulate(study, store, sessions, &participant, 90.0, &Options::new(Kind::Simulated))?;
-        progress.step(&participant);
-    }
-    Ok(())
 }
 
 /// The stills, one a condition and method, each once.

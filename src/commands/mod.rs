@@ -20,6 +20,8 @@ mod doctor;
 mod live;
 mod outside;
 #[cfg(feature = "gpu")]
+mod paper;
+#[cfg(feature = "gpu")]
 mod path;
 mod pictures;
 pub mod prepare;
@@ -30,6 +32,8 @@ mod scene;
 #[cfg(feature = "gpu")]
 mod sequence;
 mod show;
+#[cfg(feature = "gpu")]
+mod simulated;
 #[cfg(feature = "gpu")]
 mod stimulus;
 #[cfg(feature = "gpu")]
@@ -69,6 +73,8 @@ enum Command {
     Render(render::Args),
     Compare(compare::Args),
     #[cfg(feature = "gpu")]
+    Paper(paper::Args),
+    #[cfg(feature = "gpu")]
     Doctor(doctor::Args),
     #[cfg(feature = "gpu")]
     Demo(demo::Args),
@@ -94,6 +100,8 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
+        #[cfg(feature = "gpu")]
+        Command::Paper(args) => paper::run(args, &console),
         #[cfg(feature = "gpu")]
         Command::Doctor(args) => doctor::run(args, &console),
         #[cfg(feature = "gpu")]

@@ -47,7 +47,12 @@ impl GpuStimuli {
     /// # Errors
     /// No device.
     pub fn new(device: Option<&str>) -> anyhow::Result<GpuStimuli> {
-        Ok(GpuStimuli { gpu: device::open(device)?, scenes: RefCell::default(), renderer: None })
+        Ok(GpuStimuli::on(device::open(device)?))
+    }
+
+    /// On an open device.
+    pub fn on(gpu: Rc<Gpu>) -> GpuStimuli {
+        GpuStimuli { gpu, scenes: RefCell::default(), renderer: None }
     }
 
     /// The device it renders on.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, SecondsFormat, Utc};
 use cyclopean_analysis::files;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Options, base_name};
@@ -27,7 +28,16 @@ use crate::render::{Settings, fast_ray_queries, identity};
 const VERSION: u32 = 1;
 
 /// The most bytes of a file: the rounds of a hundred thousand seeds.
-const MOST_KEPT: u64 = 4 << 30;
+pub(super) const MOST_KEPT: u64 = 4 << 30;
+
+/// The program that measures: its version and its commit.
+pub(super) const PROGRAM: [&str; 2] = [
+    env!("CARGO_PKG_VERSION"),
+    match option_env!("CYCLOPEAN_COMMIT") {
+        Some(commit) => commit,
+        None => "unknown",
+    },
+];
 
 /// Where the results of one scene with these options are kept, whether they are there or not.
 pub struct Kept {
@@ -76,7 +86,7 @@ impl Kept {
             return None;
         }
         let found = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
-        match found.and_then(|bytes| decode(&bytes)) {
+        match found.and_then(|bytes| decode::<Content>(&bytes)) {
             Ok(mut content) => {
                 let (scene, when) = (&mut content.scene, content.measured.to_rfc3339_opts(SecondsFormat::Secs, true));
                 console.note(format!("{}: kept from {}, measured {when}", scene.scene, path.display()));
@@ -98,7 +108,7 @@ impl Kept {
     pub fn keep(&self, content: &Content, console: &Console) -> Result<(), CompareError> {
         let bytes = encode(content)?;
         // JSON knows no infinity: such a number would come back as another one, or not at all.
-        if let Err(reason) = decode(&bytes) {
+        if let Err(reason) = decode::<Content>(&bytes) {
             console.note(format!("{}: its results cannot be kept: {reason}", content.scene.scene));
             return Ok(());
         }
@@ -157,7 +167,7 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
     });
     let all = serde_json::json!({
         "version": VERSION,
-        "program": [env!("CARGO_PKG_VERSION"), option_env!("CYCLOPEAN_COMMIT").unwrap_or("unknown")],
+        "program": PROGRAM,
         // Times are a device's and its driver's, and validation takes its share of them.
         "device": gpu.info(),
         "ray_queries": gpu.has_ray_query(),
@@ -175,13 +185,21 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
     Ok(sha256(&serde_json::to_vec(&all)?))
 }
 
-fn encode(content: &Content) -> Result<Vec<u8>, serde_json::Error> {
+/// A file of this content.
+///
+/// # Errors
+/// What JSON does not know.
+pub(super) fn encode<C: Serialize>(content: &C) -> Result<Vec<u8>, serde_json::Error> {
     let sha256 = sha256(&serde_json::to_vec(content)?);
     serde_json::to_vec_pretty(&File { sha256, content })
 }
 
-fn decode(bytes: &[u8]) -> Result<Content, String> {
-    let file: File<Content> = serde_json::from_slice(bytes).map_err(|e| format!("it is no JSON of ours ({e})"))?;
+/// The content of a file, or why it is not what [`encode`] made.
+///
+/// # Errors
+/// One sentence without its end.
+pub(super) fn decode<C: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<C, String> {
+    let file: File<C> = serde_json::from_slice(bytes).map_err(|e| format!("it is no JSON of ours ({e})"))?;
     // The digest is of the compact form, however the file is laid out.
     let written = serde_json::to_vec(&file.content).map_err(|e| e.to_string())?;
     if sha256(&written) != file.sha256 {
@@ -232,18 +250,18 @@ mod tests {
     fn what_is_written_is_read_and_nothing_else() {
         let content = content();
         let bytes = encode(&content).expect("JSON");
-        let read = decode(&bytes).expect("read back");
+        let read = decode::<Content>(&bytes).expect("read back");
         assert_eq!(json(&read), json(&content));
         // Every digit that is another one is noticed, wherever it stands.
         let digits = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit());
         for at in digits {
             let mut wrong = bytes.clone();
             wrong[at] = if wrong[at] == b'7' { b'3' } else { b'7' };
-            let taken = decode(&wrong).is_ok_and(|read| json(&read) != json(&content));
+            let taken = decode::<Content>(&wrong).is_ok_and(|read| json(&read) != json(&content));
             assert!(!taken, "byte {at} of {}", String::from_utf8_lossy(&bytes));
         }
         for end in [0, 1, bytes.len() / 2, bytes.len() - 1] {
-            assert!(decode(&bytes[..end]).is_err(), "{end} bytes");
+            assert!(decode::<Content>(&bytes[..end]).is_err(), "{end} bytes");
         }
     }
 
@@ -251,8 +269,8 @@ mod tests {
     fn a_number_that_json_does_not_know_is_not_kept() {
         let mut content = content();
         content.scene.equal_time.push(equal_time(0.5));
-        assert!(decode(&encode(&content).expect("JSON")).is_ok());
+        assert!(decode::<Content>(&encode(&content).expect("JSON")).is_ok());
         content.scene.equal_time.push(equal_time(f64::INFINITY));
-        assert!(decode(&encode(&content).expect("JSON")).is_err());
+        assert!(decode::<Content>(&encode(&content).expect("JSON")).is_err());
     }
 }

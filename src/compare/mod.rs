@@ -41,7 +41,7 @@ use kept::{Content, Kept};
 use subject::Subject;
 
 pub use plan::{Fallbacks, Options};
-pub use report::{Failure, Report, SceneReport};
+pub use report::{Failure, Overhead, Report, Row, SceneReport};
 
 /// A scene could not be compared, or what was found could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -170,35 +170,69 @@ pub fn part(
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
 pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Console) -> Result<Report, CompareError> {
+    compare_and_show(gpu, scenes, options, &mut |_, _| (), console)
+}
+
+/// [`compare`], which shows what it found of each scene as soon as the scene's drawings and sheets are written; of one that
+/// failed: nothing.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_and_show(
+    gpu: &Rc<Gpu>,
+    scenes: &[String],
+    options: &Options,
+    show: &mut dyn FnMut(&str, Option<&Done>),
+    console: &Console,
+) -> Result<Report, CompareError> {
     // Fail before the work, not after it.
     [&options.out, &options.cache].into_iter().chain(&options.keep).try_for_each(|folder| make_folder(folder))?;
     sweep(options)?;
     let mut report = Report::new(gpu.info().clone(), options);
     for name in scenes {
         match scene(gpu, name, options, console) {
-            Ok(Done { report: done, sheets }) => {
-                let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
-                for (fallback, svg) in plot::plots(&done) {
-                    let file = format!("{}.svg", stem(&done, &fallback, before));
-                    files::write_bytes(&options.out.join(file), svg.as_bytes())?;
-                }
-                for knob in plot::knobs(&done) {
-                    let family = knob.family.replace(['/', '\\', ' '], "-");
-                    let file = format!("{}_{family}_knob.svg", stem(&done, &knob.fallback, before));
-                    files::write_bytes(&options.out.join(file), knob.svg.as_bytes())?;
-                }
-                for sheet in sheets {
-                    let file = format!("{}_steps.png", stem(&done, &sheet.fallback, before));
-                    files::write_bytes(&options.out.join(file), &sheet.png)?;
-                }
-                report.scenes.push(done);
+            Ok(done) => {
+                let before = report.scenes.iter().filter(|s| s.scene == done.report.scene).count();
+                draw(&options.out, &done, before)?;
+                show(name, Some(&done));
+                report.scenes.push(done.report);
             }
-            Err(error) => keep_failure(&mut report.failed, name, error, console)?,
+            Err(error) => {
+                keep_failure(&mut report.failed, name, error, console)?;
+                show(name, None);
+            }
         }
         report.summary = summary::over_scenes(&report.scenes);
         write(&options.out, &report)?;
     }
     Ok(report)
+}
+
+/// Writes a scene's plots and sheets.
+fn draw(folder: &Path, done: &Done, before: usize) -> Result<(), CompareError> {
+    let scene = &done.report;
+    for (fallback, svg) in plot::plots(scene) {
+        files::write_bytes(&folder.join(format!("{}.svg", stem(scene, &fallback, before))), svg.as_bytes())?;
+    }
+    for knob in plot::knobs(scene) {
+        let family = knob.family.replace(['/', '\\', ' '], "-");
+        let file = format!("{}_{family}_knob.svg", stem(scene, &knob.fallback, before));
+        files::write_bytes(&folder.join(file), knob.svg.as_bytes())?;
+    }
+    for sheet in &done.sheets {
+        files::write_bytes(&folder.join(sheet_name(scene, &sheet.fallback, before)), &sheet.png)?;
+    }
+    Ok(())
+}
+
+/// The name of a sheet's file, where `before` scenes of the report have the same name.
+pub fn sheet_name(scene: &SceneReport, fallback: &str, before: usize) -> String {
+    format!("{}_steps.png", stem(scene, fallback, before))
+}
+
+/// Error over time of a scene, a drawing a fallback: what `SCENE.svg` holds.
+pub fn plots(scene: &SceneReport) -> Vec<(String, String)> {
+    plot::plots(scene)
 }
 
 fn make_folder(folder: &Path) -> Result<(), CompareError> {
@@ -208,10 +242,11 @@ fn make_folder(folder: &Path) -> Result<(), CompareError> {
 /// Removes what runs that were killed have left half-made.
 fn sweep(options: &Options) -> Result<(), WriteError> {
     let kept = ["paths", "light"].map(|name| options.cache.join(name));
-    for path in [&options.cache].into_iter().chain(&kept).chain(&options.keep) {
-        parts::sweep(path).map_err(|source| WriteError { path: path.clone(), source })?;
-    }
-    Ok(())
+    [&options.cache].into_iter().chain(&kept).chain(&options.keep).try_for_each(|folder| sweep_folder(folder))
+}
+
+fn sweep_folder(folder: &Path) -> Result<(), WriteError> {
+    parts::sweep(folder).map(drop).map_err(|source| WriteError { path: folder.to_owned(), source })
 }
 
 fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {

@@ -15,6 +15,8 @@ use crate::wilcoxon::percent;
 pub enum Block {
     /// A heading of level 1 or 2.
     Heading(u8, String),
+    /// The headings of level 1, as links.
+    Contents,
     /// A paragraph.
     Text(String),
     /// A list of remarks.
@@ -33,6 +35,13 @@ pub enum Block {
         /// What it shows.
         caption: String,
         /// An SVG element.
+        svg: String,
+    },
+    /// A drawing that brings its own colours, which must not reach the page's.
+    Drawing {
+        /// What it shows.
+        caption: String,
+        /// A whole SVG file.
         svg: String,
     },
     /// A picture.
@@ -65,6 +74,13 @@ pub fn document(input: &ReportInput) -> Vec<Block> {
     participants(input, &mut out);
     timing(input, &mut out);
     provenance(input, &mut out);
+    out
+}
+
+/// One study's scores and tests of all its participants, as they stand in its part of the report.
+pub fn scores(input: &ReportInput, study: &StudyReport) -> Vec<Block> {
+    let mut out = Vec::new();
+    results(input, study, &study.all, "", &mut out);
     out
 }
 

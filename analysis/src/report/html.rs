@@ -19,16 +19,42 @@ const STYLE: &str = include_str!("style.css");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn html(input: &ReportInput) -> String {
-    let mut out = head(&input.title, "");
-    if let Some(stamp) = &input.stamp {
+    page(&input.title, input.stamp.as_deref(), &document(input))
+}
+
+/// A page of other blocks in the same style; `stamp`: what the data are where they are not people's answers, such as
+/// `simulated`.
+pub fn page(title: &str, stamp: Option<&str>, blocks: &[Block]) -> String {
+    let mut out = head(title, "");
+    if let Some(stamp) = stamp {
         let _ = write!(
             out,
             "<p class=\"stamp-line\">{} data: not people's answers to the study</p>",
             escape(&stamp.to_uppercase())
         );
     }
-    for block in document(input) {
-        write_block(&mut out, &block);
+    let titles: Vec<&str> = blocks
+        .iter()
+        .filter_map(|block| match block {
+            Block::Heading(1, title) => Some(title.as_str()),
+            _ => None,
+        })
+        .collect();
+    let mut section = 0;
+    for block in blocks {
+        match block {
+            Block::Heading(1, title) => {
+                section += 1;
+                let _ = write!(out, "<h2 id=\"s{section}\">{}</h2>", escape(title));
+            }
+            Block::Contents => {
+                let link =
+                    |(i, title): (usize, &&str)| format!("<li><a href=\"#s{}\">{}</a></li>", i + 1, escape(title));
+                let links: String = titles.iter().enumerate().map(link).collect();
+                let _ = write!(out, "<nav><ul>{links}</ul></nav>");
+            }
+            block => write_block(&mut out, block),
+        }
     }
     out += "</main></body></html>\n";
     out
@@ -56,6 +82,7 @@ pub(super) fn facts_table(facts: &[(&str, String)]) -> String {
 
 fn write_block(out: &mut String, block: &Block) {
     let _ = match block {
+        Block::Contents => Ok(()),
         Block::Heading(level, text) => write!(out, "<h{0}>{1}</h{0}>", level + 1, escape(text)),
         Block::Text(text) => write!(out, "<p>{}</p>", escape(text)),
         Block::Notes(notes) => {
@@ -66,6 +93,12 @@ fn write_block(out: &mut String, block: &Block) {
         Block::Plot { caption, svg } => {
             write!(out, "<figure class=\"plot\"><div>{svg}</div><figcaption>{}</figcaption></figure>", escape(caption))
         }
+        Block::Drawing { caption, svg } => write!(
+            out,
+            "<figure><img alt=\"{0}\" src=\"data:image/svg+xml;base64,{1}\"><figcaption>{0}</figcaption></figure>",
+            escape(caption),
+            base64(svg.as_bytes())
+        ),
         Block::Picture { caption, png } => write!(
             out,
             "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",

@@ -8,8 +8,8 @@ pub mod session;
 mod svg;
 pub mod text;
 
-pub use document::{Block, document};
-pub use html::html;
+pub use document::{Block, document, scores};
+pub use html::{html, page};
 pub use input::{
     Figure, Metric, ReportInput, ReportOptions, Results, Screening, StudyReport, metrics_from_compare,
     planned_interval, spearman,

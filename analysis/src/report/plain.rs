@@ -23,8 +23,10 @@ pub fn markdown(input: &ReportInput) -> String {
                 let rows: String = rows.iter().map(|r| line(r)).collect();
                 format!("{}{rule}{rows}\n{}\n\n", line(&head), md(&caption))
             }
-            Block::Plot { .. } => String::new(),
-            Block::Picture { caption, .. } => format!("(picture: {})\n\n", md(&caption)),
+            Block::Plot { .. } | Block::Contents => String::new(),
+            Block::Drawing { caption, .. } | Block::Picture { caption, .. } => {
+                format!("(picture: {})\n\n", md(&caption))
+            }
             Block::Details { summary, body } => {
                 // A fence longer than any in the text: it cannot end there.
                 let longest = body.split(|c| c != '`').map(str::len).max().unwrap_or(0);
@@ -68,7 +70,11 @@ pub fn latex(input: &ReportInput) -> String {
                     tex(&caption)
                 )
             }
-            Block::Plot { .. } | Block::Picture { .. } | Block::Details { .. } => String::new(),
+            Block::Plot { .. }
+            | Block::Contents
+            | Block::Drawing { .. }
+            | Block::Picture { .. }
+            | Block::Details { .. } => String::new(),
         };
     }
     out + "\\end{document}\n"

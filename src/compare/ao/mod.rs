@@ -2,6 +2,7 @@
 //! compares them: time by pass, pixels that differ visibly between the eyes, errors, the threshold, a path.
 //! Definitions are in `docs/compare.md`.
 
+mod kept;
 mod path;
 mod plots;
 mod report;
@@ -13,13 +14,14 @@ use std::rc::Rc;
 
 use cyclopean_analysis::files;
 
-use super::{CompareError, file_stem, keep_failure};
+use super::{CompareError, file_stem, keep_failure, make_folder, sweep_folder};
 use crate::console::Console;
 use crate::gpu::Gpu;
-use crate::render::Settings;
+use crate::render::{AoSettings, Settings};
 use crate::scene::Loading;
 
-pub use report::AoReport;
+pub use report::{AoAlong, AoPath, AoReport, AoRow, AoScene};
+pub use run::scene;
 pub use tables::markdown;
 
 /// Everything asked of a comparison besides its scenes.
@@ -33,6 +35,8 @@ pub struct AoOptions {
     pub poses: u32,
     /// One of each scene's views; its first by default.
     pub view: Option<String>,
+    /// Where results are kept, and taken from; none: every scene is measured.
+    pub keep: Option<PathBuf>,
     pub out: PathBuf,
     /// How the scenes are loaded.
     pub loading: Loading,
@@ -49,9 +53,27 @@ pub fn compare(
     options: &AoOptions,
     console: &Console,
 ) -> Result<AoReport, CompareError> {
+    compare_and_show(gpu, scenes, options, &mut |_| (), console)
+}
+
+/// [`compare`], which calls `show` with each scene's name as soon as the scene is done or has failed.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_and_show(
+    gpu: &Rc<Gpu>,
+    scenes: &[String],
+    options: &AoOptions,
+    show: &mut dyn FnMut(&str),
+    console: &Console,
+) -> Result<AoReport, CompareError> {
     let (out, settings) = (&options.out, &options.settings);
     // Fail before the work, not after it.
-    std::fs::create_dir_all(out).map_err(|source| CompareError::Folder { path: out.clone(), source })?;
+    make_folder(out)?;
+    if let Some(folder) = &options.keep {
+        make_folder(folder)?;
+        sweep_folder(folder)?;
+    }
     let mut report = AoReport {
         device: gpu.info().clone(),
         width: settings.width,
@@ -68,16 +90,27 @@ pub fn compare(
             Ok(done) => {
                 let before = report.scenes.iter().filter(|s| s.scene == done.scene).count();
                 let stem = file_stem(&done.scene, before);
-                let drawings = [("threshold", plots::threshold(&done)), ("path", plots::path(&done))];
-                for (what, svg) in drawings.into_iter().filter_map(|(what, svg)| Some((what, svg?))) {
+                for (what, svg) in drawings(&done) {
                     files::write_bytes(&out.join(format!("{stem}_ao_{what}.svg")), svg.as_bytes())?;
                 }
                 report.scenes.push(done);
             }
             Err(error) => keep_failure(&mut report.failed, name, error, console)?,
         }
+        show(name);
         files::write_bytes(&out.join("ao.json"), &serde_json::to_vec_pretty(&report)?)?;
         files::write_bytes(&out.join("ao.md"), markdown(&report).as_bytes())?;
     }
     Ok(report)
+}
+
+/// The scene's drawings, where there is something to draw: `threshold` and `path`.
+pub fn drawings(scene: &AoScene) -> Vec<(&'static str, String)> {
+    let all = [("threshold", plots::threshold(scene)), ("path", plots::path(scene))];
+    all.into_iter().filter_map(|(what, svg)| Some((what, svg?))).collect()
+}
+
+/// How many frames of a scene make a round.
+pub fn configuration_count(asked: AoSettings) -> usize {
+    run::configurations(asked).len()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::compare::report::Failure;
 use crate::gpu::DeviceInfo;
@@ -26,7 +26,7 @@ pub struct AoReport {
 }
 
 /// One scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoScene {
     pub scene: String,
     pub scene_sha256: String,
@@ -45,7 +45,7 @@ pub struct AoScene {
 }
 
 /// A method over the rounds.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoRow {
     pub method: Ao,
     pub threshold: f32,
@@ -66,18 +66,18 @@ pub struct AoRow {
 }
 
 /// What the rays found.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Oracle {
     pub ms: f64,
     /// How the rays found what they hit: `bvh` or `ray-query`.
-    pub trace: Option<&'static str>,
+    pub trace: Option<String>,
     pub inconsistency: Option<f64>,
     /// Of both eyes.
     pub mean_visibility: Option<f64>,
 }
 
 /// The methods along a path of the head.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoPath {
     pub poses: u32,
     /// By method, in the order of the table.
@@ -85,7 +85,7 @@ pub struct AoPath {
 }
 
 /// One method along the path.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoAlong {
     pub method: Ao,
     /// Means over the poses.

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::AoOptions;
+use super::kept::Kept;
 use super::path;
 use super::report::{AoRow, AoScene, Oracle};
 use crate::compare::{CompareError, ratios, reference, subject};
@@ -12,25 +13,40 @@ use crate::console::{Console, check_interrupted};
 use crate::gpu::{Gpu, PassTime};
 use crate::metrics::{ambient, mean};
 use crate::render::{Ao, AoSettings, Method, Prepared, Renderer, Settings, median_of_sorted};
-use crate::scene::{self, StereoCamera};
+use crate::scene::{self, Scene, StereoCamera, View};
 
 /// Thresholds of the sweep: the seed's figure 11 and beyond.
 const THRESHOLDS: [f32; 6] = [0.005, 0.01, 0.02, 0.03, 0.05, 0.1];
 /// Random numbers of the oracle, far from the rounds'.
-const ORACLE_SEED: u32 = 1_000_001;
+pub const ORACLE_SEED: u32 = 1_000_001;
 
 /// Visibility by eye.
 pub type Visibility = [Vec<f32>; 2];
 
-/// Compares on one scene.
+/// Compares on one scene, or takes what `options.keep` holds of it.
 ///
 /// # Errors
 /// [`CompareError`].
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) -> Result<AoScene, CompareError> {
     let scene = Arc::new(scene::load_with(name, options.loading)?);
     let view = subject::view(&scene, options.view.as_deref())?;
+    let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, (&scene, view), options)).transpose()?;
+    if let Some(found) = kept.as_ref().and_then(|kept| kept.find(console)) {
+        return Ok(found);
+    }
+    let found = measure(gpu, (&scene, view), options, console)?;
+    kept.map_or(Ok(()), |kept| kept.keep(&found, console))?;
+    Ok(found)
+}
+
+fn measure(
+    gpu: &Rc<Gpu>,
+    (scene, view): (&Arc<Scene>, &View),
+    options: &AoOptions,
+    console: &Console,
+) -> Result<AoScene, CompareError> {
     let camera = view.stereo_camera(options.settings.aspect());
-    let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
+    let mut renderer = Renderer::new(gpu, Arc::clone(scene))?;
 
     let mut runs = Vec::new();
     for ao in configurations(options.settings.ao) {
@@ -67,7 +83,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) 
         thresholds,
         ray_traced: Oracle {
             ms: total(&passes),
-            trace: oracle.way(),
+            trace: oracle.way().map(str::to_owned),
             inconsistency: ambient::inconsistency(&pairs, slices(&truth)),
             mean_visibility: mean(truth.iter().flatten().map(|v| f64::from(*v))),
         },
@@ -76,7 +92,7 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) 
 }
 
 /// Every method at the threshold that was asked for, then the adaptive ones at the sweep's.
-fn configurations(asked: AoSettings) -> Vec<AoSettings> {
+pub fn configurations(asked: AoSettings) -> Vec<AoSettings> {
     let mut all: Vec<AoSettings> = Ao::OF_VIEWS.map(|method| AoSettings { method, ..asked }).to_vec();
     for method in Ao::OF_VIEWS.into_iter().filter(|ao| ao.is_adaptive()) {
         let others = THRESHOLDS.into_iter().filter(|t| *t != asked.threshold);
@@ -85,15 +101,18 @@ fn configurations(asked: AoSettings) -> Vec<AoSettings> {
     all
 }
 
+/// Any method would do: only what stands before the reflections is drawn.
+pub fn method() -> Method {
+    Method::parse("sssr").expect("the baseline exists")
+}
+
 fn prepare(
     renderer: &mut Renderer,
     camera: &StereoCamera,
     settings: &Settings,
     ao: AoSettings,
 ) -> Result<Prepared, CompareError> {
-    // Any method would do: only what stands before the reflections is drawn.
-    let method = Method::parse("sssr").expect("the baseline exists");
-    Ok(renderer.prepare(camera, &method, &Settings { ao, ..settings.clone() })?)
+    Ok(renderer.prepare(camera, &method(), &Settings { ao, ..settings.clone() })?)
 }
 
 /// Every configuration once a round, each round beginning one later; the first round only warms up.

@@ -1,0 +1,309 @@
+//! How long the work takes on this device: what it is made of, times what a short probe measured.
+
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::PaperError;
+use super::plan::{Comparison, Request};
+use crate::compare::ao::{self, AoOptions};
+use crate::compare::{self, Options};
+use crate::console::Console;
+use crate::gpu::Gpu;
+use crate::render::{AoSettings, Method, Settings};
+
+/// What work is made of. Pixels are of both eyes together, in millions.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Load {
+    /// Scenes that are loaded and made ready.
+    pub scenes: f64,
+    /// Pixels that are drawn, resolved and judged.
+    pub frames: f64,
+    /// Rays in the views.
+    pub rays: f64,
+    /// Paths, or rays, through the geometry.
+    pub paths: f64,
+}
+
+/// One scene of one comparison, or one study: what is made and kept in one go.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// `table2 room`.
+    pub name: String,
+    pub kind: Kind,
+    pub load: Load,
+    /// The command that makes it.
+    pub call: String,
+}
+
+impl Piece {
+    /// Names it and how it is made, for the list of what is finished.
+    pub fn key(&self) -> String {
+        format!("{}: {}", self.name, self.call)
+    }
+}
+
+/// What a piece's load is measured in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Reflections,
+    Ambient,
+}
+
+/// Seconds that a unit of each part of a [`Load`] takes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Speed {
+    scene: f64,
+    frames: f64,
+    rays: f64,
+    paths: f64,
+}
+
+/// Of both kinds of work, and the scene that they were measured in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Speeds {
+    pub scene: String,
+    pub device: String,
+    reflections: Speed,
+    ambient: Speed,
+}
+
+impl Speed {
+    fn seconds(&self, of: &Load) -> f64 {
+        of.scenes * self.scene + of.frames * self.frames + of.rays * self.rays + of.paths * self.paths
+    }
+}
+
+impl Speeds {
+    /// Seconds.
+    pub fn of(&self, piece: &Piece) -> f64 {
+        match piece.kind {
+            Kind::Reflections => self.reflections.seconds(&piece.load),
+            Kind::Ambient => self.ambient.seconds(&piece.load),
+        }
+    }
+}
+
+/// Millions of pixels of both eyes.
+pub fn pixels([width, height]: [u32; 2]) -> f64 {
+    2.0 * f64::from(width) * f64::from(height) / 1e6
+}
+
+/// Every piece of the comparisons and of ambient occlusion, in the order in which they are made.
+///
+/// # Errors
+/// A method's name that is none.
+pub fn pieces(request: &Request) -> Result<Vec<Piece>, PaperError> {
+    let mut all: Vec<Piece> = Vec::new();
+    let mut referenced: Vec<String> = Vec::new();
+    for comparison in request.comparisons() {
+        for scene in &comparison.scenes {
+            // All comparisons of a scene share one reference, and its second seed.
+            let is_new = !referenced.contains(scene);
+            let reference = if is_new { 2.0 * f64::from(request.scale.reference_paths) } else { 0.0 };
+            let load = reflections(&comparison, request.scale.size, reference)?;
+            all.push(Piece {
+                name: format!("{} {scene}", comparison.id),
+                kind: Kind::Reflections,
+                load,
+                call: request.call(&comparison),
+            });
+            referenced.push(scene.clone());
+        }
+    }
+    if request.parts.contains(&super::plan::Part::Ao) {
+        let load = ambient(&request.ao_options());
+        let piece =
+            |scene: &String| Piece { name: format!("ao {scene}"), kind: Kind::Ambient, load, call: request.ao_call() };
+        all.extend(request.scenes.iter().map(piece));
+    }
+    Ok(all)
+}
+
+/// One scene of a comparison; `reference`: paths a pixel that have to be traced for it.
+fn reflections(of: &Comparison, size: [u32; 2], reference: f64) -> Result<Load, PaperError> {
+    let pixels = pixels(size);
+    // A round before the first warms up; a sheet takes one more frame.
+    let rounds = f64::from(of.seeds + 1 + u32::from(of.sheets));
+    let mut load = Load { scenes: if of.sheets { 2.0 } else { 1.0 }, paths: reference * pixels, ..Load::default() };
+    let mut seen: Vec<Method> = Vec::new();
+    for (name, spp) in of.methods.iter().flat_map(|m| of.spp.iter().map(move |spp| (m, *spp))) {
+        let method = Method::parse(name)?.with_samples(Some(spp));
+        if seen.contains(&method) {
+            continue;
+        }
+        let samples = f64::from(method.samples());
+        load.frames += rounds * pixels;
+        if name.starts_with("path-traced") {
+            load.paths += rounds * pixels * samples;
+        } else {
+            load.rays += rounds * pixels * samples;
+        }
+        seen.push(method);
+    }
+    Ok(load)
+}
+
+fn ambient(options: &AoOptions) -> Load {
+    let pixels = pixels([options.settings.width, options.settings.height]);
+    let configurations = ao::configuration_count(options.settings.ao) as f64;
+    let along = 4.0 * f64::from(options.poses);
+    let frames = f64::from(options.seeds + 1) * configurations + along;
+    Load { scenes: 1.0, frames: frames * pixels, rays: 0.0, paths: f64::from(options.settings.ao.rays) * pixels }
+}
+
+/// The pictures of the studies: `stills` by methods of the views and `references` that are traced, in `scenes` scenes.
+pub fn stills(request: &Request, stills: usize, references: usize, scenes: usize) -> Load {
+    let pixels = pixels(request.scale.study_size);
+    let paths = f64::from(request.scale.study_paths);
+    Load {
+        scenes: scenes as f64,
+        frames: (stills + references) as f64 * pixels,
+        rays: stills as f64 * pixels,
+        paths: references as f64 * paths * pixels,
+    }
+}
+
+/// What was measured on this device before, or a new probe of less than a minute or two, which is then kept.
+///
+/// # Errors
+/// The first scene cannot be compared, or the disk says no.
+pub fn speeds(gpu: &Rc<Gpu>, request: &Request, console: &Console) -> Result<Speeds, PaperError> {
+    let file = request.work().join("probe.json");
+    let device = format!("{} ({})", gpu.info().name, gpu.info().driver);
+    let scene = request.scenes.first().cloned().unwrap_or_default();
+    let known = cyclopean_analysis::files::read(&file, 1 << 16).ok();
+    let known = known.and_then(|bytes| serde_json::from_slice::<Speeds>(&bytes).ok());
+    if let Some(known) = known.filter(|k| k.device == device && k.scene == scene) {
+        return Ok(known);
+    }
+    console.note(format!("measuring how long the work takes on {device}, in {scene}"));
+    let folder = request.work().join("probe");
+    let found = probe(gpu, request, &scene, &folder, console);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|source| PaperError::Folder { path: folder.clone(), source })?;
+    }
+    let (reflections, ambient) = found?;
+    let found = Speeds { scene, device, reflections, ambient };
+    super::make_folder(&request.work())?;
+    cyclopean_analysis::files::write_bytes(&file, &serde_json::to_vec_pretty(&found)?)?;
+    Ok(found)
+}
+
+/// Small comparisons that differ in one thing each: pixels, paths, rays.
+fn probe(
+    gpu: &Rc<Gpu>,
+    request: &Request,
+    scene: &str,
+    folder: &Path,
+    console: &Console,
+) -> Result<(Speed, Speed), PaperError> {
+    let (small, large) = ([96, 54], [288, 162]);
+    let reflections_of = |size: [u32; 2], spp: &'static [u32], paths: u32| -> Result<(Load, f64), PaperError> {
+        let (id, scenes, methods) = ("probe", vec![scene.to_owned()], &["sssr", "stereo"][..]);
+        let comparison = Comparison { id, scenes, methods, spp, seeds: 2, edge_fade: 0.1, sheets: false };
+        let asked = request.options(&comparison)?;
+        let settings = Settings { width: size[0], height: size[1], ..asked.settings };
+        let reference = asked.reference.with_exactly(paths);
+        // Nothing is found there from an earlier one: each has a cache of its own.
+        let cache = folder.join(format!("{}-{}-{paths}", size[0], spp[0]));
+        let options = Options { settings, reference, cache, keep: None, ..asked };
+        let started = Instant::now();
+        compare::scene(gpu, scene, &options, console)?;
+        Ok((reflections(&comparison, size, 2.0 * f64::from(paths))?, started.elapsed().as_secs_f64()))
+    };
+    let ambient_of = |size: [u32; 2], rays: u32| -> Result<(Load, f64), PaperError> {
+        let asked = request.ao_options();
+        let settings = Settings {
+            width: size[0],
+            height: size[1],
+            ao: AoSettings { rays, ..asked.settings.ao },
+            ..asked.settings
+        };
+        let options = AoOptions { settings, seeds: 1, poses: 0, keep: None, ..asked };
+        let started = Instant::now();
+        ao::scene(gpu, scene, &options, console)?;
+        Ok((ambient(&options), started.elapsed().as_secs_f64()))
+    };
+    // The first one also makes the pipelines, which later ones find.
+    reflections_of(small, &[2], 4)?;
+    let reflections = solve([
+        reflections_of(small, &[1], 4)?,
+        reflections_of(large, &[1], 4)?,
+        reflections_of(large, &[4], 4)?,
+        reflections_of(large, &[1], 64)?,
+    ]);
+    ambient_of(small, 2)?;
+    let (one, two, three) = (ambient_of(small, 4)?, ambient_of(large, 4)?, ambient_of(large, 32)?);
+    Ok((reflections, solve([one, two, two, three])))
+}
+
+/// The speed that explains four measurements: a small one, one with more pixels, and two that differ from that one in their
+/// rays and in their paths. What noise makes negative is 0.
+fn solve([small, large, rays, paths]: [(Load, f64); 4]) -> Speed {
+    let slope = |of: fn(&Load) -> f64, more: (Load, f64)| {
+        let units = of(&more.0) - of(&large.0);
+        if units > 0.0 { ((more.1 - large.1) / units).max(0.0) } else { 0.0 }
+    };
+    let (per_ray, per_path) = (slope(|l| l.rays, rays), slope(|l| l.paths, paths));
+    let rest = |(load, seconds): (Load, f64)| seconds - load.rays * per_ray - load.paths * per_path;
+    let units = large.0.frames - small.0.frames;
+    let per_frame = if units > 0.0 { ((rest(large) - rest(small)) / units).max(0.0) } else { 0.0 };
+    let scenes = small.0.scenes.max(1.0);
+    let scene = ((rest(small) - small.0.frames * per_frame) / scenes).max(0.0);
+    Speed { scene, frames: per_frame, rays: per_ray, paths: per_path }
+}
+
+/// `about 3 minutes`.
+pub fn in_words(seconds: f64) -> String {
+    let rounded = |n: f64| if n < 9.5 { format!("{n:.1}") } else { format!("{n:.0}") };
+    match seconds {
+        s if s < 90.0 => format!("about {s:.0} seconds"),
+        s if s < 5400.0 => format!("about {:.0} minutes", s / 60.0),
+        s if s < 172_800.0 => format!("about {} hours", rounded(s / 3600.0)),
+        s => format!("about {} days", rounded(s / 86_400.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_is_found_from_four_measurements() {
+        let truth = Speed { scene: 2.0, frames: 0.5, rays: 0.25, paths: 0.125 };
+        let load = |frames, rays, paths| Load { scenes: 1.0, frames, rays, paths };
+        let loads = [load(1.0, 1.0, 2.0), load(9.0, 9.0, 18.0), load(9.0, 36.0, 18.0), load(9.0, 9.0, 288.0)];
+        let found = solve(loads.map(|l| (l, truth.seconds(&l))));
+        for (a, b) in [(found.scene, 2.0), (found.frames, 0.5), (found.rays, 0.25), (found.paths, 0.125)] {
+            assert!((a - b).abs() < 1e-9, "{found:?}");
+        }
+        // A machine whose noise is larger than the difference brings no negative time.
+        let noisy = solve(loads.map(|l| (l, 5.0 - 0.01 * l.frames)));
+        assert!([noisy.scene, noisy.frames, noisy.rays, noisy.paths].iter().all(|s| *s >= 0.0), "{noisy:?}");
+    }
+
+    #[test]
+    fn times_are_said_in_their_unit() {
+        let said: Vec<String> = [40.0, 200.0, 7200.0, 100_000.0, 900_000.0].map(in_words).to_vec();
+        assert_eq!(said, ["about 40 seconds", "about 3 minutes", "about 2.0 hours", "about 28 hours", "about 10 days"]);
+    }
+
+    #[test]
+    fn a_load_counts_every_frame_once() {
+        let of = |methods, spp| Comparison {
+            id: "x",
+            scenes: vec!["room".to_owned()],
+            methods,
+            spp,
+            seeds: 3,
+            edge_fade: 0.1,
+            sheets: false,
+        };
+        // A million pixels in both eyes together; three rounds and the one that warms up.
+        let load = reflections(&of(&["sssr", "stereo", "path-traced@2"], &[1, 4]), [1000, 500], 64.0).expect("methods");
+        assert_eq!(load, Load { scenes: 1.0, frames: 20.0, rays: 40.0, paths: 64.0 + 8.0 });
+    }
+}

@@ -1,0 +1,170 @@
+//! Figures 1 and 9 to 14: sheets of enlarged parts, and what is measured of what they show.
+
+use super::Made;
+use super::item::{Cell, Grid, Item, Picture};
+use super::plan::Request;
+use super::published::Publication;
+use super::tables::{OTHER_SCENES, call, comparison};
+use crate::compare::Row;
+
+/// A figure that sets methods side by side.
+struct Step {
+    id: &'static str,
+    title: &'static str,
+    printed_in: &'static str,
+    printed: &'static str,
+    here: &'static str,
+    /// Beside that the scenes are others.
+    differs: &'static str,
+}
+
+const STEPS: [Step; 4] = [
+    Step {
+        id: "figure11",
+        title: "Figure 11: the stereo-aware traversal",
+        printed_in: "Figure 11, section 5.3",
+        printed: "a part of Pica where each eye's screen lacks other geometry: the traversal of both views fills in what SSSR misses.",
+        here: "sssr against the method without reprojection, both without any fade: the traversal is all that differs.",
+        differs: "The publication turns the traversal off in its full method. Here the reprojection would hide that, since it fills \
+                  the same gaps.",
+    },
+    Step {
+        id: "figure12",
+        title: "Figure 12: the stereo-aware fade",
+        printed_in: "Figure 12, section 5.3",
+        printed: "a part of Wine at the border of the views: SSSR is bright in the left eye and dark in the right one; one fade for \
+                  both eyes makes them alike.",
+        here: "the method with each eye's own fade against the method.",
+        differs: "The publication sets its method against SSSR; here only the fade differs.",
+    },
+    Step {
+        id: "figure13",
+        title: "Figure 13: the stereo-aware reprojection",
+        printed_in: "Figure 13, section 5.3",
+        printed: "a part of Pica whose noise differs between the eyes: reprojection takes the difference away.",
+        here: "the method without reprojection against the method.",
+        differs: "One frame of each is shown; the publication shows consecutive frames in a video.",
+    },
+    Step {
+        id: "figure14",
+        title: "Figure 14: incorrect reuse",
+        printed_in: "Figure 14, section 5.3",
+        printed: "a part of Room where pairs of pixels that do not belong together were reused, and the same with the check of the \
+                  pairs.",
+        here: "the method without the check that a pair leads back against the method; its other checks stay on.",
+        differs: "The publication does not say which of its checks it turns off.",
+    },
+];
+
+fn pictures(made: &Made, id: &str) -> Vec<Picture> {
+    let of = made.sheets.iter().filter(|s| s.comparison == id);
+    let picture = |s: &super::Sheet| Picture {
+        caption: format!(
+            "{}: both eyes, enlarged parts, and where the eyes disagree, method by method, then the reference ({}).",
+            s.scene, s.file
+        ),
+        file: s.file.clone(),
+        png: s.png.clone(),
+    };
+    of.map(picture).collect()
+}
+
+/// What is measured of each method of a comparison, beside its sheets.
+fn measured(request: &Request, made: &Made, id: &str) -> Grid {
+    let columns = [
+        "scene",
+        "method",
+        "RSE, left",
+        "RSE, right",
+        "1 − SSIM, left",
+        "1 − SSIM, right",
+        "eyes > 5 %",
+        "eyes > 20 %",
+    ];
+    let caption = "Of the whole views, means over the rounds. RSE and 1 − SSIM are of the reflection. Of the pairs of pixels that \
+                   show one reflection to both eyes, the last columns are the shares that differ in a frame by more than 5 % and by \
+                   more than 20 % of their luminance.";
+    let mut grid = Grid::new(caption, &columns);
+    let scenes = comparison(request, id).map(|c| c.scenes).unwrap_or_default();
+    let meant = made.scenes.iter().filter(|m| scenes.is_empty() || scenes.contains(&m.asked));
+    for m in meant {
+        let why = made.why(id, &m.name);
+        let Some(scene) = made.scene(id, &m.name) else {
+            let cells = vec![Cell::None(why); columns.len() - 1];
+            grid.rows.push([Cell::word(&m.name)].into_iter().chain(cells).collect());
+            continue;
+        };
+        let row = |row: &Row| {
+            let eye = |left: bool, measure: &str| {
+                let eye = if left { &row.left } else { &row.right };
+                eye.means.get(measure).copied().flatten()
+            };
+            let lacks = |left: bool| eye(left, "reflection_ssim").map(|s| 1.0 - s);
+            let over = |percent: u32| {
+                let share = row.noise_over.as_ref().and_then(|shares| shares.get(&percent));
+                Cell::number(share.map(|s| 100.0 * s), 1, " %", "no pairs")
+            };
+            vec![
+                Cell::word(&m.name),
+                Cell::word(format!("{}@{}", row.method, row.spp)),
+                Cell::number(eye(true, "rse"), 3, "", &why),
+                Cell::number(eye(false, "rse"), 3, "", &why),
+                Cell::number(lacks(true), 3, "", &why),
+                Cell::number(lacks(false), 3, "", &why),
+                over(5),
+                over(20),
+            ]
+        };
+        grid.rows.extend(scene.results.iter().map(row));
+    }
+    grid
+}
+
+fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
+    Item {
+        id: step.id,
+        title: step.title.to_owned(),
+        publication: Publication::Reflection,
+        printed_in: step.printed_in,
+        printed: step.printed.to_owned(),
+        here: step.here.to_owned(),
+        tables: vec![measured(request, made, id)],
+        pictures: pictures(made, id),
+        drawings: Vec::new(),
+        blocks: Vec::new(),
+        differs: vec![OTHER_SCENES.to_owned(), step.differs.to_owned()],
+        call: call(request, id),
+    }
+}
+
+/// Figures 1 and 9, which Table 2 belongs to.
+pub fn overview(request: &Request, made: &Made) -> Item {
+    let step = Step {
+        id: "figure9",
+        title: "Figures 1 and 9: every scene",
+        printed_in: "Figures 1 and 9, section 5.1",
+        printed: "the five scenes by Ours, with enlarged parts by SSSR, Ours and the ground truth of both eyes.",
+        here: "every scene by sssr and stereo with one ray a pixel, and the reference. The parts lie where the two differ most.",
+        differs: "The parts are found by the program, the publication's were chosen. Its pictures are not copied here.",
+    };
+    item(request, made, "table2", &step)
+}
+
+/// Figure 10.
+pub fn equal_samples(request: &Request, made: &Made) -> Item {
+    let step = Step {
+        id: "figure10",
+        title: "Figure 10: equal samples",
+        printed_in: "Figure 10, section 5.1",
+        printed: "parts by SSSR, by SSSR with two samples a pixel and by Ours with their relative squared errors: more samples do \
+                  not resolve the inconsistency.",
+        here: "sssr with one and with two rays a pixel and stereo with one. The sheets print the error of each part.",
+        differs: "The printed errors belong to parts of the publication's scenes and stand in its picture alone.",
+    };
+    item(request, made, "figure10", &step)
+}
+
+/// Figures 11 to 14.
+pub fn steps(request: &Request, made: &Made) -> Vec<Item> {
+    STEPS.iter().map(|step| item(request, made, step.id, step)).collect()
+}

@@ -1,0 +1,166 @@
+//! Makes every comparison, or takes it from what an earlier run has kept, and says how far it has come.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::Instant;
+
+use cyclopean_analysis::files;
+
+use super::cost::{Piece, Speeds, in_words};
+use super::plan::{Part, Request};
+use super::{Made, Meant, PaperError, Sheet};
+use crate::compare::ao;
+use crate::compare::{self, Done};
+use crate::console::{Console, check_interrupted};
+use crate::gpu::Gpu;
+use crate::scene;
+use crate::scene::survey::survey;
+
+/// The most bytes of the list of finished pieces.
+const MOST_FINISHED: u64 = 16 << 20;
+
+/// Which pieces are finished, across runs: for what is said of the time that is left, and nothing else. What an earlier
+/// run has made is found by its content, whatever stands here.
+pub struct Progress<'a> {
+    file: PathBuf,
+    pieces: &'a [Piece],
+    /// Seconds by piece; none where nothing was measured.
+    expected: Option<Vec<f64>>,
+    finished: BTreeSet<String>,
+    done: usize,
+    started: Instant,
+    /// Of the pieces that this run made: expected and real seconds.
+    spent: (f64, f64),
+    console: Console,
+}
+
+impl<'a> Progress<'a> {
+    pub fn new(request: &Request, pieces: &'a [Piece], speeds: Option<&Speeds>, console: &Console) -> Progress<'a> {
+        let file = request.work().join("finished.json");
+        let finished = files::read(&file, MOST_FINISHED).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        Progress {
+            file,
+            pieces,
+            expected: speeds.map(|speeds| pieces.iter().map(|p| speeds.of(p)).collect()),
+            finished: finished.unwrap_or_default(),
+            done: 0,
+            started: Instant::now(),
+            spent: (0.0, 0.0),
+            console: *console,
+        }
+    }
+
+    /// An earlier run has finished it.
+    pub fn is_kept(&self, piece: &Piece) -> bool {
+        self.finished.contains(&piece.key())
+    }
+
+    /// Pieces that an earlier run has finished.
+    pub fn kept(&self) -> usize {
+        self.pieces.iter().filter(|piece| self.is_kept(piece)).count()
+    }
+
+    /// Seconds that are left by what was measured beforehand.
+    pub fn left(&self) -> Option<f64> {
+        let expected = self.expected.as_ref()?;
+        let left = (self.done..self.pieces.len())
+            .filter(|at| !self.is_kept(&self.pieces[*at]))
+            .map(|at| expected[at])
+            .sum::<f64>();
+        // What the pieces so far took says how far off the probe was.
+        let (thought, took) = self.spent;
+        Some(if thought > 0.0 && took > 1.0 { left * took / thought } else { left })
+    }
+
+    /// The next piece is finished.
+    ///
+    /// # Errors
+    /// The list cannot be written.
+    pub fn step(&mut self) -> Result<(), PaperError> {
+        let Some(piece) = self.pieces.get(self.done) else { return Ok(()) };
+        let took = self.started.elapsed().as_secs_f64();
+        let was_kept = self.is_kept(piece);
+        if let Some(expected) = self.expected.as_ref().filter(|_| !was_kept) {
+            self.spent = (self.spent.0 + expected[self.done], self.spent.1 + took);
+        }
+        self.started = Instant::now();
+        self.done += 1;
+        let left = self.left().filter(|s| *s > 0.0).map_or(String::new(), |s| format!("; {} left", in_words(s)));
+        let verb = if was_kept { "taken from what is kept" } else { "made" };
+        self.console.note(format!(
+            "{} of {}: {} {verb} in {took:.1} s{left}",
+            self.done,
+            self.pieces.len(),
+            piece.name
+        ));
+        if self.finished.insert(piece.key()) {
+            files::write_bytes(&self.file, &serde_json::to_vec_pretty(&self.finished)?)?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything but the sessions.
+///
+/// # Errors
+/// An output that cannot be written, or Ctrl-C. A scene that fails says so in its cells.
+pub fn run(
+    gpu: &Rc<Gpu>,
+    request: &Request,
+    progress: &mut Progress<'_>,
+    console: &Console,
+) -> Result<Made, PaperError> {
+    let scenes = meant(request)?;
+    let mut made = Made { scenes, reports: BTreeMap::new(), sheets: Vec::new(), ao: None };
+    for comparison in request.comparisons() {
+        let options = request.options(&comparison)?;
+        let mut stepped = Ok(());
+        let mut show = |_: &str, done: Option<&Done>| {
+            let sheets = done.iter().flat_map(|done| {
+                done.sheets.iter().map(|sheet| Sheet {
+                    comparison: comparison.id,
+                    scene: done.report.scene.clone(),
+                    file: format!("{}/{}", comparison.id, compare::sheet_name(&done.report, &sheet.fallback, 0)),
+                    png: sheet.png.clone(),
+                })
+            });
+            made.sheets.extend(sheets);
+            if stepped.is_ok() {
+                stepped = progress.step();
+            }
+        };
+        let report = compare::compare_and_show(gpu, &comparison.scenes, &options, &mut show, console)?;
+        stepped?;
+        made.reports.insert(comparison.id, report);
+    }
+    if request.parts.contains(&Part::Ao) {
+        let mut stepped = Ok(());
+        let mut show = |_: &str| {
+            if stepped.is_ok() {
+                stepped = progress.step();
+            }
+        };
+        made.ao = Some(ao::compare_and_show(gpu, &request.scenes, &request.ao_options(), &mut show, console)?);
+        stepped?;
+    }
+    Ok(made)
+}
+
+/// Looks every scene over.
+///
+/// # Errors
+/// Two scenes of one name: a table could not tell them apart. Or Ctrl-C.
+fn meant(request: &Request) -> Result<Vec<Meant>, PaperError> {
+    let mut all: Vec<Meant> = Vec::new();
+    for asked in &request.scenes {
+        check_interrupted()?;
+        let survey = scene::load_with(asked, request.loading).map(|scene| survey(&scene)).map_err(|e| e.to_string());
+        let name = survey.as_ref().map_or_else(|_| asked.clone(), |s| s.name.clone());
+        if let Some(other) = all.iter().find(|other| other.name == name) {
+            return Err(PaperError::SameName { name, first: other.asked.clone(), second: asked.clone() });
+        }
+        all.push(Meant { asked: asked.clone(), name, survey });
+    }
+    Ok(all)
+}

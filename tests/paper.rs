@@ -1,0 +1,271 @@
+//! `cyclopean paper` with the real program at the smallest size: a page without gaps, killed at random and gone on with,
+//! and nothing made twice.
+#![cfg(feature = "gpu")]
+
+mod program;
+
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, SystemTime};
+
+use program::{cyclopean, stderr};
+use serde_json::Value;
+
+const SMALL: [&str; 17] = [
+    "paper",
+    "--quick",
+    "--size",
+    "48x27",
+    "--seeds",
+    "2",
+    "--reference-spp",
+    "4",
+    "--scenes",
+    "room",
+    "--observers",
+    "2",
+    "--cache",
+    "references",
+    "-o",
+    "p",
+    "--json",
+];
+
+fn bytes(path: &Path) -> Vec<u8> {
+    std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&bytes(path)).expect("JSON")
+}
+
+/// Every finished file below a folder by its name there, with the time at which it was written.
+fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let mut out = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).into_iter().flatten() {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            // What is on its way has a name with a point; definitions and the list of pieces are written anew.
+            if name.starts_with('.') || ["finished.json", "studies", "requests"].contains(&name.as_str()) {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let written = std::fs::metadata(&path).and_then(|m| m.modified()).expect("a time");
+                out.insert(path.strip_prefix(folder).expect("below").to_owned(), written);
+            }
+        }
+    }
+    out
+}
+
+/// What rendering leaves: results, sheets, stimuli, sessions and references.
+fn rendered(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let mut all = finished(&folder.join("p/work"));
+    let references = finished(&folder.join("references"));
+    all.extend(references.into_iter().map(|(name, time)| (Path::new("references").join(name), time)));
+    all
+}
+
+/// The report without times, which never repeat: tables and columns of milliseconds.
+fn without_times(folder: &Path) -> Value {
+    let mut paper = json(&folder.join("p/paper.json"));
+    for item in paper["items"].as_array_mut().expect("items") {
+        for table in item["tables"].as_array_mut().expect("tables") {
+            let caption = table["caption"].as_str().expect("a caption").to_owned();
+            let is_timed = caption.starts_with("Milliseconds") || caption.starts_with("Time over");
+            let columns: Vec<String> = serde_json::from_value(table["columns"].clone()).expect("columns");
+            let timed = |c: &String| {
+                ["total, ms", "trace + resolve", "time over mono"].contains(&c.as_str()) || c.contains("same time")
+            };
+            for row in table["rows"].as_array_mut().expect("rows") {
+                for (cell, column) in row.as_array_mut().expect("a row").iter_mut().zip(&columns) {
+                    if (is_timed && cell.is_number()) || timed(column) {
+                        *cell = Value::Null;
+                    }
+                }
+            }
+        }
+    }
+    // Journals name their sessions, and when they were.
+    paper["studies"] = paper["studies"]["studies"].take();
+    paper
+}
+
+/// Numbers between 0 and 1 that follow from a seed, which a failure names.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        // Marsaglia's xorshift64.
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_page_that_was_killed_at_random_is_that_of_an_undisturbed_run_and_nothing_is_made_twice() {
+    let [alone, killed] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+    let done = cyclopean(alone.path(), &SMALL);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let said: Value = serde_json::from_slice(&done.stdout).expect("one object on stdout");
+    let pieces = said["pieces"].as_u64().expect("a count");
+    assert!(stderr(&done).contains(&format!("{pieces} of {pieces}: study ablation made")), "{}", stderr(&done));
+    assert_page(&alone.path().join("p"));
+
+    // The same command in the finished folder makes nothing and writes the same bytes.
+    let (before, page) = (rendered(alone.path()), bytes(&alone.path().join("p/paper.html")));
+    let again = cyclopean(alone.path(), &SMALL);
+    assert!(again.status.success(), "{}", stderr(&again));
+    assert!(bytes(&alone.path().join("p/paper.html")) == page, "another page of the same folder");
+    assert_eq!(rendered(alone.path()), before);
+    assert_eq!(stderr(&again).matches("taken from what is kept").count() as u64, pieces, "{}", stderr(&again));
+
+    let seed = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).expect("a time").as_nanos() as u64 | 1;
+    let mut dice = Dice(seed);
+    for kill in 0..4 {
+        let before = rendered(killed.path());
+        let mut child = program::command(killed.path(), &SMALL);
+        let mut child = child.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+        // After so many new pieces, and a moment that lies anywhere in the next ones.
+        let after = (dice.roll() * 4.0) as usize;
+        let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
+        let mut made = 0;
+        while made < after
+            && let Some(line) = lines.next()
+        {
+            made += usize::from(line.expect("text").contains(" made in "));
+        }
+        std::thread::sleep(Duration::from_secs_f64(1.5 * dice.roll()));
+        child.kill().expect("killed or ended");
+        child.wait().expect("ended");
+        let now = rendered(killed.path());
+        for (name, time) in before {
+            assert_eq!(now.get(&name), Some(&time), "seed {seed}, kill {kill}: {} was made again", name.display());
+        }
+    }
+    let before = rendered(killed.path());
+    let last = cyclopean(killed.path(), &SMALL);
+    assert!(last.status.success(), "seed {seed}: {}", stderr(&last));
+    let now = rendered(killed.path());
+    for (name, time) in before {
+        assert_eq!(now.get(&name), Some(&time), "seed {seed}: {} was made again", name.display());
+    }
+    assert!(without_times(killed.path()) == without_times(alone.path()), "seed {seed}: another page");
+    for sheet in ["table2", "figure10", "figure11", "figure12", "figure13", "figure14"] {
+        let [a, b] = [&killed, &alone].map(|f| bytes(&f.path().join(format!("p/{sheet}/room_steps.png"))));
+        assert!(a == b, "seed {seed}: another sheet of {sheet}");
+    }
+    let leftover = std::fs::read_dir(killed.path().join("p/work/kept")).expect("kept").flatten();
+    assert!(
+        leftover.map(|e| e.file_name()).all(|n| !n.to_string_lossy().starts_with('.')),
+        "seed {seed}: half a file is left"
+    );
+}
+
+/// Every item of the page is there, every cell says something, and the sessions are stamped.
+fn assert_page(folder: &Path) {
+    let paper = json(&folder.join("paper.json"));
+    let ids: Vec<&str> =
+        paper["items"].as_array().expect("items").iter().map(|i| i["id"].as_str().expect("id")).collect();
+    let wanted = [
+        "table1",
+        "figure9",
+        "table2",
+        "figure10",
+        "table3",
+        "error-against-time",
+        "figure11",
+        "figure12",
+        "figure13",
+        "figure14",
+        "modules",
+        "figure19",
+        "signed-rank",
+        "figure18a",
+        "figure18b",
+        "ao-figure8",
+        "ao-tables1-2",
+        "ao-table3",
+        "ao-figure11",
+    ];
+    assert_eq!(ids, wanted);
+    let page = String::from_utf8(bytes(&folder.join("paper.html"))).expect("UTF-8");
+    assert!(!page.contains("<td></td>") && !page.contains("<td class=\"n\"></td>"), "an empty cell");
+    assert!(page.contains("Figure 19: mean opinion scores of consistency (SIMULATED data)"));
+    assert!(page.contains("SIMULATED data. Mean opinion scores with 90 % intervals"));
+    for item in paper["items"].as_array().expect("items") {
+        for table in item["tables"].as_array().expect("tables") {
+            let columns = table["columns"].as_array().expect("columns").len();
+            let rows = table["rows"].as_array().expect("rows");
+            assert!(!rows.is_empty(), "{}: {} has no line", item["id"], table["caption"]);
+            for cell in rows.iter().flat_map(|row| {
+                let row = row.as_array().expect("a row");
+                assert_eq!(row.len(), columns, "{}", table["caption"]);
+                row
+            }) {
+                let says = cell.is_number()
+                    || cell.as_str().or(cell["none"].as_str()).is_some_and(|text| !text.trim().is_empty());
+                assert!(says, "{}: {cell}", table["caption"]);
+                assert!(cell["none"].as_str().is_none_or(|why| !why.starts_with("failed")), "{cell}");
+            }
+        }
+    }
+    // What is printed stands there as it is printed, beside what was found.
+    let line = |item: &str, table: usize, row: usize| {
+        let item =
+            paper["items"].as_array().expect("items").iter().find(|i| i["id"] == item).expect("the item").clone();
+        item["tables"][table]["rows"][row].clone()
+    };
+    let wine = serde_json::json!(["Wine", "printed", 8.52, 3.61, 5.24, 0.85, 1.22, 4.46, 6.46, 1.44]);
+    assert_eq!(line("table3", 0, 4), wine);
+    let signed_rank = line("signed-rank", 0, 0);
+    assert_eq!((&signed_rank[3], &signed_rank[4]), (&Value::from(-2.870), &Value::from(0.004)));
+    assert!(line("table2", 0, 5)[3].is_number(), "room is measured: {}", line("table2", 0, 5));
+}
+
+#[test]
+fn a_plan_is_said_and_nothing_is_made() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["paper", "--dry-run", "--scenes", "room", "--cache", "references", "-o", "p", "--json"];
+    let done = cyclopean(folder.path(), &arguments);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let plan: Value = serde_json::from_slice(&done.stdout).expect("one object");
+    let pieces = plan["pieces"].as_array().expect("pieces");
+    let names: Vec<&str> = pieces.iter().map(|p| p["piece"].as_str().expect("a name")).collect();
+    assert_eq!(names.len(), 8 + 1 + 3, "{names:?}");
+    assert!(pieces.iter().all(|p| p["seconds"].as_f64().is_some_and(|s| s > 0.0) && p["kept"] == false), "{plan}");
+    // 100 rounds of 1920x1080 pixels and 1024 paths take more than an hour wherever a test without a graphics card runs.
+    let total: f64 = pieces.iter().filter_map(|p| p["seconds"].as_f64()).sum();
+    assert!((plan["seconds_left"].as_f64().expect("seconds") - total).abs() < 1e-6 * total, "{plan}");
+    assert!(stderr(&done).contains("from a short probe in room"), "{}", stderr(&done));
+    assert_eq!(
+        finished(folder.path()).keys().filter(|f| !f.starts_with("cache")).collect::<Vec<_>>(),
+        [Path::new("p/work/probe.json")]
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_the_work() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (arguments, code, said) in [
+        (vec!["paper", "--scenes", "room,room"], 2, "--scenes names room twice"),
+        (vec!["paper", "--parts", "everything"], 2, "invalid value 'everything'"),
+        (vec!["paper", "--sessions", "nowhere"], 1, "nowhere"),
+        (vec!["paper", "--sessions", "a", "--observers", "3"], 2, "cannot be used with"),
+        (vec!["paper", "--seeds", "1"], 2, "1 is not in 2..=100000"),
+    ] {
+        let done = cyclopean(folder.path(), &arguments);
+        assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", stderr(&done));
+        assert!(stderr(&done).contains(said), "{arguments:?}: {}", stderr(&done));
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).expect("the folder").count(), 0, "wrong usage wrote something");
+}
