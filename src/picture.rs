@@ -12,6 +12,7 @@ use exr::prelude::{
 };
 
 use crate::scene::Eye;
+use crate::scene::environment::file::{MOST_SAMPLES, exr_head};
 
 /// RGB of both eyes, linear Rec. 709, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,16 +90,15 @@ pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
     Ok(files::write_bytes(path, bytes.get_ref())?)
 }
 
-/// More than 24 channels of 16 million pixels: a header of a few bytes may claim any number.
-const MOST_SAMPLES: u64 = 1 << 29;
+/// A picture is larger than its samples by a head, whatever the compression.
+const MOST_BYTES: u64 = 4 * MOST_SAMPLES + MOST_DATA;
 
 /// A file's bytes and what its head says.
 fn exr_bytes(path: &Path) -> Result<(Vec<u8>, exr::meta::MetaData), PictureError> {
     let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
-    // A picture is larger than its samples by a head, whatever the compression.
-    let bytes = files::read(path, 4 * MOST_SAMPLES + MOST_DATA).map_err(|e| fail(&e))?;
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(|e| fail(&e))?;
-    Ok((bytes, meta))
+    let bytes = files::read(path, MOST_BYTES).map_err(|e| fail(&e))?;
+    let head = exr_head(&bytes).map_err(|e| fail(&e))?;
+    Ok((bytes, head))
 }
 
 /// Reads a PNG as RGBA bytes, such as a stimulus's two eyes side by side.
@@ -129,13 +129,7 @@ pub fn png_size(path: &Path) -> Result<(u32, u32), PictureError> {
 /// [`PictureError::Read`] when the file is no EXR or lacks a channel.
 pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError> {
     let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
-    let (bytes, meta) = exr_bytes(path)?;
-    let samples =
-        |h: &exr::meta::header::Header| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64);
-    let claimed = meta.headers.iter().fold(0u64, |sum, h| sum.saturating_add(samples(h)));
-    if claimed > MOST_SAMPLES {
-        return Err(fail(format!("it claims {claimed} samples, and at most {MOST_SAMPLES} are read")));
-    }
+    let (bytes, _) = exr_bytes(path)?;
     let image = exr_io::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::definition::{ConditionSpec, Definition, OrderKind, Task};
 use super::order;
 use super::random::Stream;
-use super::stimulus::StimulusRequest;
+use super::stimulus::{StimulusRequest, split_method};
 
 /// Names the procedure in the journal; changes when the same (seed, row) would give another order.
 pub const PROCEDURE: &str = "cyclopean-order 1 (chacha20, sha-256)";
@@ -27,13 +27,13 @@ pub struct Plan {
 impl Plan {
     /// Draws the plan of a row.
     pub fn draw(definition: &Definition, row: u64) -> Plan {
-        let mut plan = Builder { definition, conditions: Vec::new(), stimuli: Vec::new(), presentations: Vec::new() };
         let specs = definition.conditions();
+        let mut plan = Builder::new(definition);
         let ids: Vec<u32> = specs.iter().map(|spec| plan.condition(spec)).collect();
         // Numbered by the file, so that an index means the same in every row.
         for spec in specs.iter().chain(&definition.practice).chain(definition.catch_trials.iter().map(|c| &c.show)) {
             plan.condition(spec);
-            for method in [&spec.reference, &Some(spec.method.clone()), &spec.other].into_iter().flatten() {
+            for method in [spec.reference.as_ref(), Some(&spec.method), spec.other.as_ref()].into_iter().flatten() {
                 plan.stimulus(spec, method);
             }
         }
@@ -127,31 +127,48 @@ fn place_catches(definition: &Definition, row: u64, trials: usize) -> Vec<(usize
     placed
 }
 
+/// What requests of one study differ in: scene, view, path, method and its samples.
+type StimulusKey<'a> = (&'a str, Option<&'a str>, Option<&'a str>, &'a str, Option<u32>);
+
 struct Builder<'a> {
     definition: &'a Definition,
     conditions: Vec<Condition>,
+    condition_ids: BTreeMap<&'a ConditionSpec, u32>,
     stimuli: Vec<StimulusRequest>,
+    stimulus_ids: BTreeMap<StimulusKey<'a>, u32>,
     presentations: Vec<Planned>,
 }
 
-impl Builder<'_> {
-    fn condition(&mut self, spec: &ConditionSpec) -> u32 {
-        let factors = spec.factors();
-        if let Some(known) = self.conditions.iter().find(|c| c.factors == factors) {
-            return known.id;
+impl<'a> Builder<'a> {
+    fn new(definition: &'a Definition) -> Builder<'a> {
+        Builder {
+            definition,
+            conditions: Vec::new(),
+            condition_ids: BTreeMap::new(),
+            stimuli: Vec::new(),
+            stimulus_ids: BTreeMap::new(),
+            presentations: Vec::new(),
         }
-        let id = self.conditions.len() as u32;
-        self.conditions.push(Condition { id, factors });
+    }
+
+    fn condition(&mut self, spec: &'a ConditionSpec) -> u32 {
+        let next = self.conditions.len() as u32;
+        let id = *self.condition_ids.entry(spec).or_insert(next);
+        if id == next {
+            self.conditions.push(Condition { id, factors: spec.factors() });
+        }
         id
     }
 
-    fn stimulus(&mut self, spec: &ConditionSpec, method: &str) -> u32 {
-        let request = StimulusRequest::new(self.definition, spec, method);
-        if let Some(at) = self.stimuli.iter().position(|s| *s == request) {
-            return at as u32;
+    fn stimulus(&mut self, spec: &'a ConditionSpec, method: &'a str) -> u32 {
+        let samples = StimulusRequest::samples(self.definition, method);
+        let key = (spec.scene.as_str(), spec.view.as_deref(), spec.path.as_deref(), split_method(method).0, samples);
+        let next = self.stimuli.len() as u32;
+        let id = *self.stimulus_ids.entry(key).or_insert(next);
+        if id == next {
+            self.stimuli.push(StimulusRequest::new(self.definition, spec, method));
         }
-        self.stimuli.push(request);
-        self.stimuli.len() as u32 - 1
+        id
     }
 
     fn catch(&mut self, index: usize, block: u32, row: u64) {
@@ -165,7 +182,7 @@ impl Builder<'_> {
     #[allow(clippy::too_many_arguments)]
     fn present(
         &mut self,
-        spec: &ConditionSpec,
+        spec: &'a ConditionSpec,
         condition: u32,
         purpose: Purpose,
         repetition: u32,

@@ -1,5 +1,7 @@
 //! The study file's JSON Schema, from its types, and a walk along it that finds every problem at once.
 
+use std::sync::LazyLock;
+
 use serde_json::Value;
 
 use super::definition::Definition;
@@ -12,9 +14,9 @@ pub fn generate() -> Value {
 
 /// Checks a value's form: keys, types, ranges, names of choices. Empty: it can be read.
 pub fn check(value: &Value) -> Vec<Problem> {
-    let schema = generate();
-    let mut walk = Walk { root: &schema, problems: Vec::new() };
-    walk.visit(&schema, value, "");
+    static SCHEMA: LazyLock<Value> = LazyLock::new(generate);
+    let mut walk = Walk { root: &SCHEMA, problems: Vec::new() };
+    walk.visit(&SCHEMA, value, "");
     walk.problems
 }
 

@@ -55,7 +55,7 @@ impl StimulusRequest {
     /// The request for one method of a condition.
     pub fn new(definition: &Definition, condition: &ConditionSpec, method: &str) -> StimulusRequest {
         let stimuli = &definition.stimuli;
-        let (name, written) = split_method(method);
+        let (name, _) = split_method(method);
         let shown = definition.protocol.iter().filter(|segment| segment.show != Shown::Blank);
         let longest = shown.map(|segment| segment.seconds).fold(0.0, f64::max);
         StimulusRequest {
@@ -64,7 +64,7 @@ impl StimulusRequest {
             path: condition.path.clone(),
             seconds: condition.path.is_some().then_some(longest),
             method: name.to_owned(),
-            samples: written.or_else(|| stimuli.samples.get(name).copied()),
+            samples: StimulusRequest::samples(definition, method),
             width_px: stimuli.width_px,
             height_px: stimuli.height_px,
             ipd_m: stimuli.ipd_m,
@@ -75,6 +75,12 @@ impl StimulusRequest {
             indirect: stimuli.indirect,
             ao: stimuli.ao.clone().filter(|name| name != "none"),
         }
+    }
+
+    /// The samples a pixel that a study asks of a method; none: the method's own default.
+    pub fn samples(definition: &Definition, method: &str) -> Option<u32> {
+        let (name, written) = split_method(method);
+        written.or_else(|| definition.stimuli.samples.get(name).copied())
     }
 
     /// For messages: `pica/default by sssr`, `pica/default along sway by sssr`.

@@ -142,7 +142,12 @@ impl Store {
         };
         let side_car: SideCar = serde_json::from_slice(&bytes)
             .map_err(|e| StoreError::Damaged { path: path.clone(), what: e.to_string() })?;
-        if side_car.key != key || side_car.info.files().iter().any(|f| !side_car.files.contains_key(f)) {
+        // Before their names are made: a few digits can promise billions of frames.
+        let frames = side_car.info.film.map_or(1, |film| film.frames as usize);
+        if side_car.key != key
+            || frames > side_car.files.len()
+            || side_car.info.files().iter().any(|f| !side_car.files.contains_key(f))
+        {
             return Err(StoreError::Damaged { path, what: "it describes another stimulus".to_owned() });
         }
         for (name, expected) in &side_car.files {

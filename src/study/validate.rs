@@ -1,5 +1,6 @@
 //! From a study file's text to a definition, or every problem at once: JSON path, value, what is allowed.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -151,7 +152,7 @@ fn judge_size(d: &Definition) -> Vec<Problem> {
     let disparities = d.screening.as_ref().map_or(0, |s| s.disparities_arcsec.len());
     at_most("screening.disparities_arcsec", disparities, MOST_ENTRIES, "disparities");
     let crossed = d.conditions.cross.as_ref().map_or(0, |c| {
-        let levels = [c.view.len(), c.eye.len(), c.other.len()].map(|n| n.max(1));
+        let levels = [c.view.len(), c.path.len(), c.eye.len(), c.other.len()].map(|n| n.max(1));
         levels.iter().fold(c.scene.len().saturating_mul(c.method.len()), |all, n| all.saturating_mul(*n))
     });
     let conditions = d.conditions.list.as_ref().map_or(crossed, Vec::len);
@@ -256,8 +257,9 @@ fn judge_conditions(d: &Definition, p: &mut Problems) {
     if specs.is_empty() {
         p.add("conditions", "no condition: every crossed factor needs a level");
     }
+    let mut seen = BTreeSet::new();
     for (i, spec) in specs.iter().enumerate() {
-        if specs[..i].contains(spec) {
+        if !seen.insert(spec) {
             p.add("conditions", format!("condition {i} ({:?}) is there twice; use `repetitions`", spec.factors()));
         }
     }

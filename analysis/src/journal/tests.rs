@@ -231,6 +231,12 @@ fn lines_that_contradict_each_other_are_found() {
     let mut verifier = Verifier::default();
     let error = back.iter().try_for_each(|e| verifier.check(e)).unwrap_err();
     assert_eq!((error.line, error.what.contains("time goes back")), (6, true));
+    // A resumed session goes on one nanosecond later.
+    let mut late = entries(records());
+    late.iter_mut().skip(5).for_each(|e| e.t_ns = u64::MAX);
+    let mut verifier = Verifier::default();
+    let error = late.iter().try_for_each(|e| verifier.check(e)).unwrap_err();
+    assert_eq!((error.line, error.what.contains("292 years")), (6, true));
 }
 
 #[test]

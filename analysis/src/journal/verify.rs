@@ -15,6 +15,9 @@ pub struct VerifyError {
     pub what: String,
 }
 
+/// Later times would leave no room to go on from them.
+const LATEST_NS: u64 = i64::MAX as u64;
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Attempt {
     Begun,
@@ -53,6 +56,9 @@ impl Verifier {
     fn judge(&mut self, entry: &Entry) -> Result<(), String> {
         if entry.t_ns < self.last_ns {
             return Err(format!("time goes back from {} to {} ns", self.last_ns, entry.t_ns));
+        }
+        if entry.t_ns > LATEST_NS {
+            return Err(format!("a time of {} ns: no session lasts for 292 years", entry.t_ns));
         }
         self.last_ns = entry.t_ns;
         if self.ended {

@@ -226,12 +226,18 @@ pub fn differences(
     if let Some(m) = margin {
         c.rect("band", x(-m), top, x(m) - x(-m), bottom - top);
     }
-    let step = [0.25, 0.5, 1.0, 2.0, 5.0, 10.0].into_iter().find(|s| (high - low) / s <= 9.0).unwrap_or(20.0);
-    let mut tick = (low / step).ceil() * step;
-    while tick <= high {
+    // On scales that people answer on, quarters of a step and up; beyond them whatever the range asks for.
+    let step = [0.25, 0.5, 1.0, 2.0, 5.0, 10.0].into_iter().find(|s| (high - low) / s <= 9.0);
+    let marks = match step {
+        Some(step) => {
+            let whole = |v: f64| (v / step) as i64;
+            (whole(low) - 1..=whole(high) + 1).map(|i| i as f64 * step).filter(|v| (low..=high).contains(v)).collect()
+        }
+        None => ticks(low, high),
+    };
+    for tick in marks {
         c.line(if tick == 0.0 { "zero" } else { "grid" }, x(tick), top, x(tick), bottom);
         c.text("tick middle", x(tick), bottom + 18.0, &format!("{}", tick + 0.0));
-        tick += step;
     }
     for (i, (name, mean, lo, hi)) in lines.iter().enumerate() {
         let y = top + (i as f64 + 0.5) * row;
@@ -314,4 +320,24 @@ pub fn scatter(points: &[Point], label: &str, stamp: Option<&str>) -> String {
     }
     legend(&mut c, left, 20.0, &methods, stamp, |c, i, x, y| c.marker(i, x, y));
     c.finish(label)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_of_differences_are_few_whatever_the_scale() {
+        let marks = |mean: f64, low: f64, high: f64| {
+            let svg = differences(&[("a − b".to_owned(), mean, Some(low), Some(high))], None, "differences", None);
+            let marks = svg.split("tick middle").skip(1);
+            marks.map(|m| m.split_once('>').map_or("", |m| m.1).split('<').next().unwrap_or("").to_owned()).collect()
+        };
+        let usual: Vec<String> = marks(0.3, -0.1, 0.7);
+        assert_eq!(usual, ["0", "0.25", "0.5"]);
+        let wide: Vec<String> = marks(3.0, -1.2, 4.0);
+        assert_eq!(wide, ["-1", "0", "1", "2", "3", "4"]);
+        let vast: Vec<String> = marks(2e9, -2e9, 2e9);
+        assert_eq!(vast, ["-2000000000", "-1000000000", "0", "1000000000", "2000000000"]);
+    }
 }

@@ -11,11 +11,41 @@ const MOST_WIDTH: u32 = 2048;
 /// More texels than any panorama has: a header of a few bytes may claim any size.
 const MOST_TEXELS: u64 = 1 << 27;
 
+/// More than 24 channels of 16 million pixels: a header of a few bytes may claim any number.
+pub const MOST_SAMPLES: u64 = 1 << 29;
+
+/// What the head of an OpenEXR file says, of a picture or a map. Asked before the file is read: a reader makes room for
+/// what is claimed.
+///
+/// # Errors
+/// It is no OpenEXR file, or claims more samples than are read.
+pub fn exr_head(bytes: &[u8]) -> Result<exr::meta::MetaData, Reason> {
+    let head = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let samples =
+        |h: &exr::meta::header::Header| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64);
+    let claimed = head.headers.iter().fold(0u64, |sum, h| sum.saturating_add(samples(h)));
+    if claimed > MOST_SAMPLES {
+        return Err(format!("it claims {claimed} samples, and at most {MOST_SAMPLES} are read"));
+    }
+    Ok(head)
+}
+
+/// A panorama is twice as wide as tall. Blurring is done on a map made coarser to a width of 128, which a narrower map is
+/// not: its height counts in full for each of 512 directions.
+const MOST_HEIGHT_TO_WIDTH: u32 = 4;
+
 /// Decodes a map; the bytes decide which kind it is.
 pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
     let map = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { decode_exr(bytes)? } else { decode_hdr(bytes)? };
     if map.width == 0 || map.height == 0 {
         return Err("the map has no pixels, or too many".to_owned());
+    }
+    if map.height / MOST_HEIGHT_TO_WIDTH > map.width {
+        let (width, height) = (map.width, map.height);
+        return Err(format!(
+            "the map is {width} × {height} texels; a panorama is twice as wide as tall, and at most {MOST_HEIGHT_TO_WIDTH} times \
+             as tall as wide is read"
+        ));
     }
     let height = (u64::from(map.height) * u64::from(MOST_WIDTH) / u64::from(map.width)).max(1) as u32;
     Ok(map.downsample(MOST_WIDTH, height))
@@ -37,6 +67,7 @@ fn decode_hdr(bytes: &[u8]) -> Result<Equirect, Reason> {
 
 fn decode_exr(bytes: &[u8]) -> Result<Equirect, Reason> {
     use exr::prelude::{ReadChannels, ReadLayers, read};
+    exr_head(bytes).map_err(|reason| format!("OpenEXR: {reason}"))?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -81,6 +112,9 @@ mod tests {
         image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 8, 4).expect("written");
         let map = decode(&hdr).expect("decoded");
         assert!((map.texels[31][0] - 31.0).abs() < 0.2);
+        let mut tall = Vec::new();
+        image::codecs::hdr::HdrEncoder::new(&mut tall).encode(&pixels[..20], 2, 10).expect("written");
+        assert!(decode(&tall).expect_err("a narrow map").contains("2 × 10 texels"));
         assert!(decode(b"nothing of the kind").is_err());
         assert!(decode(&exr.get_ref()[..60]).is_err());
     }

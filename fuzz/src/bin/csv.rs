@@ -1,0 +1,3 @@
+#![no_main]
+
+cyclopean_fuzz::target!("csv", 1 GiB);

@@ -1,0 +1,3 @@
+#![no_main]
+
+cyclopean_fuzz::target!("order", 1 GiB);

@@ -1,0 +1,3 @@
+#![no_main]
+
+cyclopean_fuzz::target!("replay", 1 GiB);

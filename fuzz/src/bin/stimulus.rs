@@ -1,0 +1,3 @@
+#![no_main]
+
+cyclopean_fuzz::target!("stimulus", 1 GiB);
