@@ -21,7 +21,7 @@ use crate::metrics::flip;
 #[cfg(feature = "gpu")]
 use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal, Trace};
 #[cfg(feature = "gpu")]
-use crate::scene::{Fallback, Scene, View};
+use crate::scene::{Fallback, Scene, Shelf, View};
 #[cfg(feature = "gpu")]
 use crate::shard::Shard;
 
@@ -267,7 +267,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         keep: of.keep.clone(),
         out: of.out.clone(),
         sheets: of.sheets,
-        loading: of.outside.loading(),
+        scenes: Shelf::new(of.outside.loading()),
     };
     if of.shard.is_some() || of.references_only {
         let leaves = if of.references_only { Leaves::References } else { Leaves::Results };
@@ -341,7 +341,7 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
         view: of.view.clone(),
         keep: of.keep.clone(),
         out: of.out.clone(),
-        loading: of.outside.loading(),
+        scenes: Shelf::new(of.outside.loading()),
     };
     let report = ao::compare(&gpu, scenes, &options, console)?;
     console.page(ao::markdown(&report));

@@ -18,6 +18,7 @@ use super::stimulus::GpuStimuli;
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::paper::{self, Kind, Part, Piece, Progress, Request, Scale, Sessions, Speeds, in_words};
+use crate::scene::Shelf;
 use crate::study::prepare::{self, Shard};
 use crate::study::sha256_hex;
 use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
@@ -88,7 +89,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         pieces.extend(study_pieces(&request, args.observers)?);
     }
     let speeds = if args.quick && !args.dry_run { None } else { Some(paper::speeds(&gpu, &request, console)?) };
-    let mut progress = Progress::new(&request, &pieces, speeds.as_ref(), console);
+    let mut progress = Progress::new(&gpu, &request, &pieces, speeds.as_ref(), console);
     say_plan(&request, &pieces, speeds.as_ref(), &progress, console);
     if args.dry_run {
         return print_plan(&pieces, speeds.as_ref(), &progress, console);
@@ -135,7 +136,7 @@ fn request(args: &Args) -> Result<Request, WrongUsage> {
         scale,
         parts: args.parts.clone(),
         sessions: args.sessions.clone(),
-        loading: args.outside.loading(),
+        shelf: Shelf::new(args.outside.loading()),
     })
 }
 
@@ -192,7 +193,7 @@ fn simulate(
     let work = request.work();
     let root = work.join("sessions");
     std::fs::create_dir_all(&root).with_context(|| format!("cannot make {}", root.display()))?;
-    let mut renderer = GpuStimuli::on(Rc::clone(gpu));
+    let mut renderer = GpuStimuli::on(Rc::clone(gpu), request.shelf.clone());
     let store = Store::new(work.join("store"));
     let mut folders = Vec::new();
     for (name, text) in STUDIES {

@@ -1,7 +1,5 @@
 //! The studies' renderer: requests become pictures in the store.
 
-use std::cell::RefCell;
-use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -15,7 +13,7 @@ use crate::picture::{self, Part, StereoPicture};
 use crate::render::{
     Ao, AoSettings, Method, Rendered, Renderer, Request, SETTLING, Settings, fast_ray_queries, identity, shaders,
 };
-use crate::scene::{self, HeadPath, Scene, StereoCamera, View};
+use crate::scene::{self, HeadPath, Scene, Shelf, StereoCamera, View};
 use crate::study::sha256_hex;
 use crate::study::stimulus::{STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 
@@ -24,7 +22,7 @@ use super::device;
 /// Renders on one device; keeps the last scene uploaded, because a study asks for one scene after another.
 pub struct GpuStimuli {
     gpu: Rc<Gpu>,
-    scenes: RefCell<HashMap<String, Arc<Scene>>>,
+    scenes: Shelf,
     renderer: Option<Renderer>,
 }
 
@@ -47,12 +45,12 @@ impl GpuStimuli {
     /// # Errors
     /// No device.
     pub fn new(device: Option<&str>) -> anyhow::Result<GpuStimuli> {
-        Ok(GpuStimuli::on(device::open(device)?))
+        Ok(GpuStimuli::on(device::open(device)?, Shelf::default()))
     }
 
-    /// On an open device.
-    pub fn on(gpu: Rc<Gpu>) -> GpuStimuli {
-        GpuStimuli { gpu, scenes: RefCell::default(), renderer: None }
+    /// On an open device, with scenes that may stand there already.
+    pub fn on(gpu: Rc<Gpu>, scenes: Shelf) -> GpuStimuli {
+        GpuStimuli { gpu, scenes, renderer: None }
     }
 
     /// The device it renders on.
@@ -61,12 +59,7 @@ impl GpuStimuli {
     }
 
     fn scene(&self, name: &str) -> anyhow::Result<Arc<Scene>> {
-        if let Some(scene) = self.scenes.borrow().get(name) {
-            return Ok(Arc::clone(scene));
-        }
-        let scene = Arc::new(scene::load(name)?);
-        self.scenes.borrow_mut().insert(name.to_owned(), Arc::clone(&scene));
-        Ok(scene)
+        Ok(self.scenes.load(name)?)
     }
 
     fn job(&self, request: &StimulusRequest) -> anyhow::Result<Job> {

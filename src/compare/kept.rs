@@ -31,7 +31,7 @@ const VERSION: u32 = 1;
 pub(super) const MOST_KEPT: u64 = 4 << 30;
 
 /// The program that measures: its version and its commit.
-pub(super) const PROGRAM: [&str; 2] = [
+pub const PROGRAM: [&str; 2] = [
     env!("CARGO_PKG_VERSION"),
     match option_env!("CYCLOPEAN_COMMIT") {
         Some(commit) => commit,

@@ -40,6 +40,7 @@ use crate::scene::SceneError;
 use kept::{Content, Kept};
 use subject::Subject;
 
+pub use kept::PROGRAM;
 pub use plan::{Fallbacks, Options};
 pub use report::{Failure, Overhead, Report, Row, SceneReport};
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::render::{Method, Settings};
-use crate::scene::{Fallback, Loading, Scene};
+use crate::scene::{Fallback, Scene, Shelf};
 
 /// Everything asked of a comparison besides its scenes.
 #[derive(Debug, Clone)]
@@ -32,8 +32,8 @@ pub struct Options {
     pub out: PathBuf,
     /// Pictures and enlarged crops of every method as well.
     pub sheets: bool,
-    /// How the scenes are loaded.
-    pub loading: Loading,
+    /// Where the scenes are loaded, once each.
+    pub scenes: Shelf,
 }
 
 /// What unknown rays see.

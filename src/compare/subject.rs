@@ -9,7 +9,7 @@ use super::reference::Reference;
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::Renderer;
-use crate::scene::{self, Scene, StereoCamera, View};
+use crate::scene::{Scene, StereoCamera, View};
 
 /// See the module's documentation.
 pub struct Subject {
@@ -24,7 +24,7 @@ impl Subject {
     /// # Errors
     /// A scene that cannot be loaded, or lacks the view.
     pub fn load(name: &str, options: &Options) -> Result<Subject, CompareError> {
-        let scene = Arc::new(scene::load_with(name, options.loading)?);
+        let scene = options.scenes.load(name)?;
         let view = view(&scene, options.view.as_deref())?.clone();
         let camera = view.stereo_camera(options.settings.aspect());
         Ok(Subject { scene, view, camera })

@@ -38,13 +38,6 @@ pub struct Piece {
     pub call: String,
 }
 
-impl Piece {
-    /// Names it and how it is made, for the list of what is finished.
-    pub fn key(&self) -> String {
-        format!("{}: {}", self.name, self.call)
-    }
-}
-
 /// What a piece's load is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -200,7 +193,7 @@ fn probe(
     folder: &Path,
     console: &Console,
 ) -> Result<(Speed, Speed), PaperError> {
-    let (small, large) = ([96, 54], [288, 162]);
+    let (small, large) = ([96, 54], [240, 135]);
     let reflections_of = |size: [u32; 2], spp: &'static [u32], paths: u32| -> Result<(Load, f64), PaperError> {
         let (id, scenes, methods) = ("probe", vec![scene.to_owned()], &["sssr", "stereo"][..]);
         let comparison = Comparison { id, scenes, methods, spp, seeds: 2, edge_fade: 0.1, sheets: false };
@@ -233,7 +226,7 @@ fn probe(
         reflections_of(small, &[1], 4)?,
         reflections_of(large, &[1], 4)?,
         reflections_of(large, &[4], 4)?,
-        reflections_of(large, &[1], 64)?,
+        reflections_of(large, &[1], 24)?,
     ]);
     ambient_of(small, 2)?;
     let (one, two, three) = (ambient_of(small, 4)?, ambient_of(large, 4)?, ambient_of(large, 32)?);

@@ -7,7 +7,7 @@ use crate::compare::{Fallbacks, Options};
 use crate::metrics::flip;
 use crate::render::method::UnknownMethod;
 use crate::render::{Ao, AoSettings, Method, Reuse, Settings};
-use crate::scene::{Fallback, Loading};
+use crate::scene::{Fallback, Shelf};
 
 /// Everything asked of the paper.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Request {
     pub parts: Vec<Part>,
     /// Where the sessions lie.
     pub sessions: Vec<PathBuf>,
-    pub loading: Loading,
+    pub shelf: Shelf,
 }
 
 /// What can be left out.
@@ -183,7 +183,7 @@ impl Request {
             keep: Some(self.kept()),
             out: self.out.join(of.id),
             sheets: of.sheets,
-            loading: self.loading,
+            scenes: self.shelf.clone(),
         })
     }
 
@@ -198,7 +198,7 @@ impl Request {
             view: None,
             keep: Some(self.kept()),
             out: self.out.join("ao"),
-            loading: self.loading,
+            scenes: self.shelf.clone(),
         }
     }
 
@@ -271,7 +271,7 @@ mod tests {
             scale: Scale::QUICK,
             parts: vec![Part::Methods, Part::Ao, Part::Sessions],
             sessions: Vec::new(),
-            loading: Loading::default(),
+            shelf: Shelf::default(),
         }
     }
 

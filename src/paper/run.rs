@@ -11,10 +11,9 @@ use super::cost::{Piece, Speeds, in_words};
 use super::plan::{Part, Request};
 use super::{Made, Meant, PaperError, Sheet};
 use crate::compare::ao;
-use crate::compare::{self, Done};
+use crate::compare::{self, Done, PROGRAM};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::scene;
 use crate::scene::survey::survey;
 
 /// The most bytes of the list of finished pieces.
@@ -28,6 +27,8 @@ pub struct Progress<'a> {
     /// Seconds by piece; none where nothing was measured.
     expected: Option<Vec<f64>>,
     finished: BTreeSet<String>,
+    /// Program and device, without which a piece is another one.
+    by: String,
     done: usize,
     started: Instant,
     /// Of the pieces that this run made: expected and real seconds.
@@ -36,7 +37,13 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    pub fn new(request: &Request, pieces: &'a [Piece], speeds: Option<&Speeds>, console: &Console) -> Progress<'a> {
+    pub fn new(
+        gpu: &Gpu,
+        request: &Request,
+        pieces: &'a [Piece],
+        speeds: Option<&Speeds>,
+        console: &Console,
+    ) -> Progress<'a> {
         let file = request.work().join("finished.json");
         let finished = files::read(&file, MOST_FINISHED).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
         Progress {
@@ -44,6 +51,7 @@ impl<'a> Progress<'a> {
             pieces,
             expected: speeds.map(|speeds| pieces.iter().map(|p| speeds.of(p)).collect()),
             finished: finished.unwrap_or_default(),
+            by: format!("{} {} on {}, {}", PROGRAM[0], PROGRAM[1], gpu.info().name, gpu.info().driver),
             done: 0,
             started: Instant::now(),
             spent: (0.0, 0.0),
@@ -51,9 +59,13 @@ impl<'a> Progress<'a> {
         }
     }
 
+    fn key(&self, piece: &Piece) -> String {
+        format!("{}: {} ({})", piece.name, piece.call, self.by)
+    }
+
     /// An earlier run has finished it.
     pub fn is_kept(&self, piece: &Piece) -> bool {
-        self.finished.contains(&piece.key())
+        self.finished.contains(&self.key(piece))
     }
 
     /// Pieces that an earlier run has finished.
@@ -94,7 +106,7 @@ impl<'a> Progress<'a> {
             self.pieces.len(),
             piece.name
         ));
-        if self.finished.insert(piece.key()) {
+        if self.finished.insert(self.key(piece)) {
             files::write_bytes(&self.file, &serde_json::to_vec_pretty(&self.finished)?)?;
         }
         Ok(())
@@ -155,7 +167,7 @@ fn meant(request: &Request) -> Result<Vec<Meant>, PaperError> {
     let mut all: Vec<Meant> = Vec::new();
     for asked in &request.scenes {
         check_interrupted()?;
-        let survey = scene::load_with(asked, request.loading).map(|scene| survey(&scene)).map_err(|e| e.to_string());
+        let survey = request.shelf.load(asked).map(|scene| survey(&scene)).map_err(|e| e.to_string());
         let name = survey.as_ref().map_or_else(|_| asked.clone(), |s| s.name.clone());
         if let Some(other) = all.iter().find(|other| other.name == name) {
             return Err(PaperError::SameName { name, first: other.asked.clone(), second: asked.clone() });

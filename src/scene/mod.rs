@@ -12,6 +12,7 @@ pub mod head_path;
 mod load;
 pub mod manifest;
 pub mod motion;
+mod shelf;
 pub mod survey;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ pub use error::SceneError;
 pub use head_path::{HeadKey, HeadPath, HeadPathError, UnknownPath};
 pub use load::{ExtensionUse, Loading, Treatment, load, load_bytes, load_with};
 pub use motion::Motion;
+pub use shelf::Shelf;
 
 /// A loaded scene, every reference resolved, every hazard repaired or refused.
 #[derive(Debug, Clone)]

@@ -18,7 +18,7 @@ use super::{CompareError, file_stem, keep_failure, make_folder, sweep_folder};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{AoSettings, Settings};
-use crate::scene::Loading;
+use crate::scene::Shelf;
 
 pub use report::{AoAlong, AoPath, AoReport, AoRow, AoScene};
 pub use run::scene;
@@ -38,8 +38,8 @@ pub struct AoOptions {
     /// Where results are kept, and taken from; none: every scene is measured.
     pub keep: Option<PathBuf>,
     pub out: PathBuf,
-    /// How the scenes are loaded.
-    pub loading: Loading,
+    /// Where the scenes are loaded, once each.
+    pub scenes: Shelf,
 }
 
 /// Compares on each scene, writing `ao.json`, `ao.md` and the scene's drawings into `options.out` after each. A scene that

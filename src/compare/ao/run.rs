@@ -13,7 +13,7 @@ use crate::console::{Console, check_interrupted};
 use crate::gpu::{Gpu, PassTime};
 use crate::metrics::{ambient, mean};
 use crate::render::{Ao, AoSettings, Method, Prepared, Renderer, Settings, median_of_sorted};
-use crate::scene::{self, Scene, StereoCamera, View};
+use crate::scene::{Scene, StereoCamera, View};
 
 /// Thresholds of the sweep: the seed's figure 11 and beyond.
 const THRESHOLDS: [f32; 6] = [0.005, 0.01, 0.02, 0.03, 0.05, 0.1];
@@ -28,7 +28,7 @@ pub type Visibility = [Vec<f32>; 2];
 /// # Errors
 /// [`CompareError`].
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) -> Result<AoScene, CompareError> {
-    let scene = Arc::new(scene::load_with(name, options.loading)?);
+    let scene = options.scenes.load(name)?;
     let view = subject::view(&scene, options.view.as_deref())?;
     let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, (&scene, view), options)).transpose()?;
     if let Some(found) = kept.as_ref().and_then(|kept| kept.find(console)) {

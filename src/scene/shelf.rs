@@ -1,0 +1,65 @@
+//! Scenes that were loaded and may be asked for again: several comparisons of a scene load it once.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::{Loading, Scene, SceneError, load_with};
+
+/// So many scenes stay; the one that was asked for longest ago goes first.
+const MOST: usize = 8;
+
+/// See the module's documentation. A clone is the same shelf.
+#[derive(Debug, Clone, Default)]
+pub struct Shelf {
+    loading: Loading,
+    /// In the order in which they were asked for last.
+    scenes: Rc<RefCell<Vec<(String, Arc<Scene>)>>>,
+}
+
+impl Shelf {
+    /// An empty one, whose scenes are loaded as `loading` says.
+    pub fn new(loading: Loading) -> Shelf {
+        Shelf { loading, scenes: Rc::default() }
+    }
+
+    /// As [`load_with`], unless the scene stands here.
+    ///
+    /// # Errors
+    /// As [`load_with`].
+    pub fn load(&self, source: &str) -> Result<Arc<Scene>, SceneError> {
+        let at = self.scenes.borrow().iter().position(|(name, _)| name == source);
+        let found = match at {
+            Some(at) => self.scenes.borrow_mut().remove(at),
+            None => (source.to_owned(), Arc::new(load_with(source, self.loading)?)),
+        };
+        let scene = Arc::clone(&found.1);
+        let mut scenes = self.scenes.borrow_mut();
+        if scenes.len() >= MOST {
+            scenes.remove(0);
+        }
+        scenes.push(found);
+        Ok(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_is_loaded_once_and_the_oldest_goes_first() {
+        let shelf = Shelf::new(Loading { detail: Some(0.01), ..Loading::default() });
+        let first = shelf.load("room").expect("built in");
+        assert!(Arc::ptr_eq(&first, &shelf.clone().load("room").expect("built in")));
+        assert!(shelf.load("nowhere").is_err(), "what cannot be loaded is no scene");
+        // Names beyond the shelf's room push out those that were asked for before them.
+        let names: Vec<String> = (0..MOST).map(|i| format!("other {i}")).collect();
+        shelf.scenes.borrow_mut().splice(0..0, names[1..].iter().map(|name| (name.clone(), Arc::clone(&first))));
+        assert_eq!(shelf.scenes.borrow().len(), MOST);
+        shelf.load("pica").expect("built in");
+        let kept: Vec<String> = shelf.scenes.borrow().iter().map(|(name, _)| name.clone()).collect();
+        assert_eq!(kept.len(), MOST);
+        assert_eq!((kept[0].as_str(), kept[MOST - 2].as_str(), kept[MOST - 1].as_str()), ("other 2", "room", "pica"));
+    }
+}
