@@ -20,7 +20,12 @@ impl Framing {
     pub fn of(method: &Method, settings: &Settings) -> Framing {
         let parts = method.parts();
         let shown = [settings.width, settings.height];
-        let band = |pixels: u32| (u64::from(pixels) * u64::from(parts.guard_band)).div_ceil(1000) as u32;
+        // Even: a device takes derivatives, and from them the level of a texture, in squares of two by two pixels, which
+        // an odd band would place otherwise.
+        let band = |pixels: u32| {
+            let wanted = (u64::from(pixels) * u64::from(parts.guard_band)).div_ceil(1000) as u32;
+            wanted.next_multiple_of(2)
+        };
         let (reuse, firefly) = (settings.reuse(method), settings.firefly(method));
         Framing { guard: shown.map(band), shared_noise: parts.shared_noise, reuse, firefly, shown }
     }
@@ -75,8 +80,8 @@ mod tests {
         let method = Method::parse("sssr-guardband").expect("known");
         let framing = Framing::of(&method, &settings);
         let drawn = framing.settings(&settings);
-        assert_eq!((framing.guard, drawn.width, drawn.height), ([1, 1], 5, 4));
-        let texels: Vec<u32> = (0..20).collect();
-        assert_eq!(framing.crop(&texels), [6, 7, 8, 11, 12, 13]);
+        assert_eq!((framing.guard, drawn.width, drawn.height), ([2, 2], 7, 6));
+        let texels: Vec<u32> = (0..42).collect();
+        assert_eq!(framing.crop(&texels), [16, 17, 18, 23, 24, 25]);
     }
 }

@@ -40,7 +40,7 @@ pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
     if map.width == 0 || map.height == 0 {
         return Err("the map has no pixels, or too many".to_owned());
     }
-    if map.height / MOST_HEIGHT_TO_WIDTH > map.width {
+    if map.height > map.width.saturating_mul(MOST_HEIGHT_TO_WIDTH) {
         let (width, height) = (map.width, map.height);
         return Err(format!(
             "the map is {width} × {height} texels; a panorama is twice as wide as tall, and at most {MOST_HEIGHT_TO_WIDTH} times \
