@@ -183,6 +183,8 @@ pub fn write(
         failed: made.failures(),
     };
     let files = ["paper.html", "paper.json"].map(|name| request.out.join(name));
+    // Where no comparison was asked for, nothing has made it yet.
+    make_folder(&request.out)?;
     files::write_bytes(&files[0], page.as_bytes())?;
     files::write_bytes(&files[1], &serde_json::to_vec_pretty(&paper)?)?;
     Ok(files)
