@@ -76,10 +76,10 @@ impl Scale {
     /// Small enough for two processor cores and ten minutes, large enough that every cell is filled.
     pub const QUICK: Scale = Scale {
         name: "quick",
-        size: [240, 135],
+        size: [192, 108],
         reference_paths: 64,
         seeds: [4, 4, 4],
-        ao_size: [160, 160],
+        ao_size: [128, 128],
         ao_seeds: 2,
         ao_poses: 10,
         ao_rays: 32,
@@ -301,7 +301,7 @@ mod tests {
         let call = request.call(&request.comparisons()[4]);
         assert_eq!(
             call,
-            "cyclopean compare 'a room.gltf' --size 240x135 --spp 1 --seeds 2 --reference-spp 64 --reuse ratio --no-shadows \
+            "cyclopean compare 'a room.gltf' --size 192x108 --spp 1 --seeds 2 --reference-spp 64 --reuse ratio --no-shadows \
              --methods sssr,stereo-no-reprojection --edge-fade 0 --sheets --keep out/work/kept -o out/figure11"
         );
         assert_eq!(word("it's"), "'it'\\''s'");

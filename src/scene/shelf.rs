@@ -9,12 +9,15 @@ use super::{Loading, Scene, SceneError, load_with};
 /// So many scenes stay; the one that was asked for longest ago goes first.
 const MOST: usize = 8;
 
+/// A scene under the name that was asked for.
+type Named = (String, Arc<Scene>);
+
 /// See the module's documentation. A clone is the same shelf.
 #[derive(Debug, Clone, Default)]
 pub struct Shelf {
     loading: Loading,
     /// In the order in which they were asked for last.
-    scenes: Rc<RefCell<Vec<(String, Arc<Scene>)>>>,
+    scenes: Rc<RefCell<Vec<Named>>>,
 }
 
 impl Shelf {
