@@ -75,11 +75,19 @@ fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
     out
 }
 
-/// What rendering leaves: results, sheets, stimuli, sessions and references.
-fn rendered(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
-    let mut all = finished(&folder.join("p/work"));
+/// What rendering leaves: results, sheets, stimuli, sessions and references, and when each was made. A result says by itself
+/// when it was measured, because its file is written once more when its sheets have been drawn.
+fn rendered(folder: &Path) -> BTreeMap<PathBuf, String> {
+    let work = folder.join("p/work");
+    let when = |(name, time): (PathBuf, SystemTime)| {
+        let is_result = name.starts_with("kept") && name.extension().is_some_and(|e| e == "json");
+        let made =
+            if is_result { json(&work.join(&name))["content"]["measured"].to_string() } else { format!("{time:?}") };
+        (name, made)
+    };
+    let mut all: BTreeMap<PathBuf, String> = finished(&work).into_iter().map(when).collect();
     let references = finished(&folder.join("references"));
-    all.extend(references.into_iter().map(|(name, time)| (Path::new("references").join(name), time)));
+    all.extend(references.into_iter().map(|(name, time)| (Path::new("references").join(name), format!("{time:?}"))));
     all
 }
 
