@@ -76,11 +76,17 @@ fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
 }
 
 /// What rendering leaves: results, sheets, stimuli, sessions and references, and when each was made. A result says by itself
-/// when it was measured, because its file is written once more when its sheets have been drawn.
+/// when it was measured, because its file is written once more when its sheets have been drawn. Of a sheet the bytes count: a
+/// kill between the two files has it drawn again.
 fn rendered(folder: &Path) -> BTreeMap<PathBuf, String> {
     let work = folder.join("p/work");
     let when = |(name, time): (PathBuf, SystemTime)| {
-        let is_result = name.starts_with("kept") && name.extension().is_some_and(|e| e == "json");
+        let is_kept_as = |extension: &str| name.starts_with("kept") && name.extension().is_some_and(|e| e == extension);
+        if is_kept_as("png") {
+            let sheet = cyclopean::study::sha256_hex(&bytes(&work.join(&name)));
+            return (name, sheet);
+        }
+        let is_result = is_kept_as("json");
         let made =
             if is_result { json(&work.join(&name))["content"]["measured"].to_string() } else { format!("{time:?}") };
         (name, made)
