@@ -2,6 +2,10 @@
 
 use std::io::Cursor;
 
+use exr::meta::MetaData;
+use exr::meta::attribute::ChannelDescription;
+use exr::meta::header::Header;
+
 use crate::scene::Equirect;
 use crate::scene::error::Reason;
 
@@ -14,18 +18,33 @@ const MOST_TEXELS: u64 = 1 << 27;
 /// More than 24 channels of 16 million pixels: a header of a few bytes may claim any number.
 pub const MOST_SAMPLES: u64 = 1 << 29;
 
+/// No compression of OpenEXR makes more of a byte: PXR24 keeps three bytes of four, and packs them by Deflate, 1032 to 1.
+const MOST_UNPACKED_OF_BYTE: u64 = 1400;
+
 /// What the head of an OpenEXR file says, of a picture or a map. Asked before the file is read: a reader makes room for
 /// what is claimed.
 ///
 /// # Errors
-/// It is no OpenEXR file, or claims more samples than are read.
-pub fn exr_head(bytes: &[u8]) -> Result<exr::meta::MetaData, Reason> {
-    let head = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
-    let samples =
-        |h: &exr::meta::header::Header| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64);
-    let claimed = head.headers.iter().fold(0u64, |sum, h| sum.saturating_add(samples(h)));
+/// It is no OpenEXR file, or claims more samples than are read or than so small a file can hold.
+pub fn exr_head(bytes: &[u8]) -> Result<MetaData, Reason> {
+    let head = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let flat = || head.headers.iter().filter(|h| !h.deep);
+    let area = |h: &Header| h.layer_size.area() as u64;
+    let samples = |h: &Header| area(h).saturating_mul(h.channels.list.len() as u64);
+    let claimed = flat().map(samples).fold(0, u64::saturating_add);
     if claimed > MOST_SAMPLES {
         return Err(format!("it claims {claimed} samples, and at most {MOST_SAMPLES} are read"));
+    }
+    // Channels of colour may have a sample for several pixels.
+    let of_channel = |h: &Header, c: &ChannelDescription| {
+        area(h) / c.sampling.area().max(1) as u64 * c.sample_type.bytes_per_sample() as u64
+    };
+    let unpacked: u64 = flat().flat_map(|h| h.channels.list.iter().map(move |c| of_channel(h, c))).sum();
+    if unpacked / MOST_UNPACKED_OF_BYTE > bytes.len() as u64 {
+        return Err(format!(
+            "it claims {unpacked} bytes of samples, more than a file of {} bytes can hold",
+            bytes.len()
+        ));
     }
     Ok(head)
 }
@@ -117,5 +136,21 @@ mod tests {
         assert!(decode(&tall).expect_err("a narrow map").contains("2 × 10 texels"));
         assert!(decode(b"nothing of the kind").is_err());
         assert!(decode(&exr.get_ref()[..60]).is_err());
+    }
+    #[test]
+    fn a_black_map_is_read_however_small_its_file_and_a_claim_without_samples_is_not() {
+        use Compression::{B44A, PIZ, PXR24, RLE, ZIP1, ZIP16};
+        use exr::prelude::{Compression, Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
+        for compression in [RLE, ZIP1, ZIP16, PIZ, PXR24, B44A] {
+            let encoding = Encoding { compression, ..Encoding::UNCOMPRESSED };
+            let black = SpecificChannels::rgb(|_: exr::math::Vec2<usize>| (0.0f32, 0.0f32, 0.0f32));
+            let layer = Layer::new((1024, 512), LayerAttributes::default(), encoding, black);
+            let mut bytes = Cursor::new(Vec::new());
+            Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).expect("written");
+            let whole = bytes.into_inner();
+            assert_eq!(decode(&whole).map(|map| map.width), Ok(1024), "{compression:?}: {} bytes", whole.len());
+            let refused = exr_head(&whole[..1000]).expect_err("a head alone");
+            assert!(refused.contains("more than a file of 1000 bytes can hold"), "{refused}");
+        }
     }
 }
