@@ -23,12 +23,13 @@ use super::{CompareError, Sheet, sha256};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{Settings, fast_ray_queries, identity};
+use crate::scene::{Scene, View};
 
 /// Of the files' layout, and of what the numbers in them mean: another one is measured again.
 const VERSION: u32 = 1;
 
 /// The most bytes of a file: the rounds of a hundred thousand seeds.
-pub(super) const MOST_KEPT: u64 = 4 << 30;
+const MOST_KEPT: u64 = 4 << 30;
 
 /// The program that measures: its version and its commit.
 pub const PROGRAM: [&str; 2] = [
@@ -43,6 +44,61 @@ pub const PROGRAM: [&str; 2] = [
 pub struct Kept {
     folder: PathBuf,
     key: String,
+}
+
+/// What a file holds of one scene.
+pub(super) trait Results: Serialize + DeserializeOwned {
+    /// The scene's name.
+    fn scene(&self) -> &str;
+    /// When the measurement ended.
+    fn measured(&self) -> DateTime<Utc>;
+}
+
+/// Reads a file's results, if it is there and whole. Where they come from is said.
+pub(super) fn find_at<C: Results>(path: &Path, console: &Console) -> Option<C> {
+    if !path.exists() {
+        return None;
+    }
+    let found = files::read(path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
+    match found.and_then(|bytes| decode::<C>(&bytes)) {
+        Ok(content) => {
+            let when = content.measured().to_rfc3339_opts(SecondsFormat::Secs, true);
+            console.note(format!("{}: kept from {}, measured {when}", content.scene(), path.display()));
+            Some(content)
+        }
+        Err(reason) => {
+            console.note(format!("{}: {reason}; the scene is measured again", path.display()));
+            None
+        }
+    }
+}
+
+/// Writes results, in the place of what was there. Results that would not come back are not kept, which is said.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn keep_at<C: Results>(path: &Path, content: &C, console: &Console) -> Result<(), CompareError> {
+    let bytes = encode(content)?;
+    // JSON knows no infinity: such a number would come back as another one, or not at all.
+    if let Err(reason) = decode::<C>(&bytes) {
+        console.note(format!("{}: its results cannot be kept: {reason}", content.scene()));
+        return Ok(());
+    }
+    Ok(files::write_bytes(path, &bytes)?)
+}
+
+/// What all numbers of a scene follow from, whatever is compared: the program, the device, the scene and its view.
+pub(super) fn circumstances(gpu: &Gpu, scene: &Scene, view: &View) -> serde_json::Value {
+    serde_json::json!({
+        "program": PROGRAM,
+        // Times are a device's and its driver's, and validation takes its share of them.
+        "device": gpu.info(),
+        "ray_queries": gpu.has_ray_query(),
+        "validation": gpu.has_validation(),
+        "scene": scene.name,
+        "scene_sha256": scene.content_sha256,
+        "view": view.name,
+    })
 }
 
 /// A file: its content behind the SHA-256 (hex) of the content's JSON.
@@ -60,6 +116,16 @@ pub struct Content {
     pub scene: SceneReport,
     /// SHA-256 (hex) of the sheets by fallback; empty: none were drawn.
     sheets: BTreeMap<String, String>,
+}
+
+impl Results for Content {
+    fn scene(&self) -> &str {
+        &self.scene.scene
+    }
+
+    fn measured(&self) -> DateTime<Utc> {
+        self.measured
+    }
 }
 
 impl Content {
@@ -81,24 +147,11 @@ impl Kept {
 
     /// The scene's results, if they are there and whole. Where they come from is said.
     pub fn find(&self, options: &Options, console: &Console) -> Option<Content> {
-        let path = self.path();
-        if !path.exists() {
-            return None;
-        }
-        let found = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
-        match found.and_then(|bytes| decode::<Content>(&bytes)) {
-            Ok(mut content) => {
-                let (scene, when) = (&mut content.scene, content.measured.to_rfc3339_opts(SecondsFormat::Secs, true));
-                console.note(format!("{}: kept from {}, measured {when}", scene.scene, path.display()));
-                // The reference may have moved since.
-                scene.reference.files = options.cache.join(&scene.reference.key);
-                Some(content)
-            }
-            Err(reason) => {
-                console.note(format!("{}: {reason}; the scene is measured again", path.display()));
-                None
-            }
-        }
+        let mut content: Content = find_at(&self.path(), console)?;
+        // The reference may have moved since.
+        let reference = &mut content.scene.reference;
+        reference.files = options.cache.join(&reference.key);
+        Some(content)
     }
 
     /// Keeps a scene's results, in the place of what was there.
@@ -106,13 +159,7 @@ impl Kept {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep(&self, content: &Content, console: &Console) -> Result<(), CompareError> {
-        let bytes = encode(content)?;
-        // JSON knows no infinity: such a number would come back as another one, or not at all.
-        if let Err(reason) = decode::<Content>(&bytes) {
-            console.note(format!("{}: its results cannot be kept: {reason}", content.scene.scene));
-            return Ok(());
-        }
-        Ok(files::write_bytes(&self.path(), &bytes)?)
+        keep_at(&self.path(), content, console)
     }
 
     /// The sheets that were kept with the results, if all are whole.
@@ -167,15 +214,8 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
     });
     let all = serde_json::json!({
         "version": VERSION,
-        "program": PROGRAM,
-        // Times are a device's and its driver's, and validation takes its share of them.
-        "device": gpu.info(),
-        "ray_queries": gpu.has_ray_query(),
-        "validation": gpu.has_validation(),
-        "scene": scene.name,
-        "scene_sha256": scene.content_sha256,
+        "circumstances": circumstances(gpu, scene, view),
         "exposure": scene.exposure,
-        "view": view.name,
         "reference": reference::follows_from(scene, camera, options, gpu.info().kind)?,
         "baseline": base_name(&options.methods[0]),
         "configurations": configurations.collect::<Result<Vec<_>, serde_json::Error>>()?,
@@ -189,7 +229,7 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
 ///
 /// # Errors
 /// What JSON does not know.
-pub(super) fn encode<C: Serialize>(content: &C) -> Result<Vec<u8>, serde_json::Error> {
+fn encode<C: Serialize>(content: &C) -> Result<Vec<u8>, serde_json::Error> {
     let sha256 = sha256(&serde_json::to_vec(content)?);
     serde_json::to_vec_pretty(&File { sha256, content })
 }
@@ -198,7 +238,7 @@ pub(super) fn encode<C: Serialize>(content: &C) -> Result<Vec<u8>, serde_json::E
 ///
 /// # Errors
 /// One sentence without its end.
-pub(super) fn decode<C: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<C, String> {
+fn decode<C: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<C, String> {
     let file: File<C> = serde_json::from_slice(bytes).map_err(|e| format!("it is no JSON of ours ({e})"))?;
     // The digest is of the compact form, however the file is laid out.
     let written = serde_json::to_vec(&file.content).map_err(|e| e.to_string())?;

@@ -3,15 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use chrono::{DateTime, SecondsFormat, Utc};
-use cyclopean_analysis::files;
+use chrono::{DateTime, Utc};
 use serde::{Deserialize, Serialize};
 
 use super::AoOptions;
 use super::report::AoScene;
 use super::run::{ORACLE_SEED, configurations, method};
 use crate::compare::CompareError;
-use crate::compare::kept::{MOST_KEPT, PROGRAM, decode, encode};
+use crate::compare::kept::{Results, circumstances, find_at, keep_at};
 use crate::compare::sha256;
 use crate::console::Console;
 use crate::gpu::Gpu;
@@ -34,6 +33,16 @@ struct Content {
     scene: AoScene,
 }
 
+impl Results for Content {
+    fn scene(&self) -> &str {
+        &self.scene.scene
+    }
+
+    fn measured(&self) -> DateTime<Utc> {
+        self.measured
+    }
+}
+
 impl Kept {
     /// # Errors
     /// A folder that cannot be made.
@@ -49,21 +58,7 @@ impl Kept {
 
     /// The scene's results, if they are there and whole. Where they come from is said.
     pub fn find(&self, console: &Console) -> Option<AoScene> {
-        if !self.path.exists() {
-            return None;
-        }
-        let found = files::read(&self.path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
-        match found.and_then(|bytes| decode::<Content>(&bytes)) {
-            Ok(Content { measured, scene }) => {
-                let when = measured.to_rfc3339_opts(SecondsFormat::Secs, true);
-                console.note(format!("{}: kept from {}, measured {when}", scene.scene, self.path.display()));
-                Some(scene)
-            }
-            Err(reason) => {
-                console.note(format!("{}: {reason}; the scene is measured again", self.path.display()));
-                None
-            }
-        }
+        find_at::<Content>(&self.path, console).map(|content| content.scene)
     }
 
     /// Keeps a scene's results, in the place of what was there.
@@ -71,13 +66,7 @@ impl Kept {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep(&self, scene: &AoScene, console: &Console) -> Result<(), CompareError> {
-        let bytes = encode(&Content { measured: Utc::now(), scene: scene.clone() })?;
-        // JSON knows no infinity: such a number would come back as another one, or not at all.
-        if let Err(reason) = decode::<Content>(&bytes) {
-            console.note(format!("{}: its results cannot be kept: {reason}", scene.scene));
-            return Ok(());
-        }
-        Ok(files::write_bytes(&self.path, &bytes)?)
+        keep_at(&self.path, &Content { measured: Utc::now(), scene: scene.clone() }, console)
     }
 }
 
@@ -93,13 +82,7 @@ fn key(gpu: &Gpu, (scene, view): (&Scene, &View), options: &AoOptions) -> Result
     let all = serde_json::json!({
         "version": VERSION,
         "effect": "ao",
-        "program": PROGRAM,
-        "device": gpu.info(),
-        "ray_queries": gpu.has_ray_query(),
-        "validation": gpu.has_validation(),
-        "scene": scene.name,
-        "scene_sha256": scene.content_sha256,
-        "view": view.name,
+        "circumstances": circumstances(gpu, scene, view),
         "pictures": pictures.collect::<Result<Vec<_>, _>>()?,
         "seeds": options.seeds,
         "oracle_seed": ORACLE_SEED,
