@@ -4,29 +4,11 @@
 
 mod program;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use program::{cyclopean, stderr};
-
-/// Every file below a folder by its name there, hidden ones included; times are left out.
-fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut out = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(&next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            match path.is_dir() {
-                true => folders.push(path),
-                false if path.file_name().is_some_and(|name| name == "timing.json") => {}
-                false => drop(out.insert(path.strip_prefix(folder).expect("below").to_owned(), bytes(&path))),
-            }
-        }
-    }
-    out
-}
+use program::{cyclopean, stderr, tree, unfinished};
 
 fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
@@ -117,13 +99,6 @@ const STUDY: &str = r#"{
   "conditions": { "cross": { "scene": ["room"], "method": ["path-traced", "sssr"] } },
   "repetitions": 1, "simulation": { "latent": { "sssr": 1, "path-traced": 2 }, "noise_sd": 0.8 }
 }"#;
-
-/// The unfinished files of a store.
-fn unfinished(store: &Path) -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(store.join("objects")).into_iter().flatten().flatten();
-    let files = folders.flat_map(|folder| std::fs::read_dir(folder.path()).into_iter().flatten().flatten());
-    files.map(|file| file.path()).filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
-}
 
 #[test]
 #[cfg(unix)]

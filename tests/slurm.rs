@@ -5,14 +5,13 @@
 
 mod program;
 
-use std::collections::BTreeMap;
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use program::stderr;
+use program::{stderr, tree, unfinished};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cluster/cyclopean.sbatch");
 
@@ -204,31 +203,6 @@ impl Drop for Cluster {
             let _ = daemon.wait();
         }
     }
-}
-
-/// The unfinished files of a store.
-fn unfinished(store: &Path) -> Vec<PathBuf> {
-    let list = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let files = list(store.join("objects")).flat_map(list);
-    files.filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
-}
-
-/// Every file below a folder by its name there, hidden ones included; `timing.json` says how long each rendering took,
-/// and is the one file that is not promised to be the same.
-fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut out = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for path in std::fs::read_dir(&next).into_iter().flatten().flatten().map(|entry| entry.path()) {
-            match path.is_dir() {
-                true => folders.push(path),
-                false if path.file_name().is_some_and(|name| name == "timing.json") => {}
-                // What is unfinished may be gone by now.
-                false => drop(out.insert(path.strip_prefix(folder).expect("below").to_owned(), bytes(&path))),
-            }
-        }
-    }
-    out
 }
 
 fn bytes(path: &Path) -> Vec<u8> {

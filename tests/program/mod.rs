@@ -1,6 +1,7 @@
 //! The real program with validation on, in a folder of the test's own.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 #[allow(dead_code, reason = "each test file uses its part")]
@@ -22,4 +23,33 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
 #[allow(dead_code, reason = "each test file uses its part")]
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every file below a folder by its name there, hidden ones included, with its bytes. `timing.json` says how long a
+/// rendering took, and is the one file that is not promised to be the same. What is unfinished may be gone by the time it
+/// is read, and is then left out.
+#[allow(dead_code, reason = "each test file uses its part")]
+pub fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut out = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for path in std::fs::read_dir(&next).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.file_name().is_some_and(|name| name != "timing.json")
+                && let Ok(bytes) = std::fs::read(&path)
+            {
+                out.insert(path.strip_prefix(folder).expect("below").to_owned(), bytes);
+            }
+        }
+    }
+    out
+}
+
+/// The unfinished files of a store.
+#[allow(dead_code, reason = "each test file uses its part")]
+pub fn unfinished(store: &Path) -> Vec<PathBuf> {
+    let list = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let files = list(store.join("objects")).flat_map(list);
+    files.filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
 }
