@@ -106,9 +106,6 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
                every scene. The errors are numbers; rays through the geometry are an oracle that the publication does not have."
             .to_owned(),
         tables: vec![share, time, error],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![
             OTHER_SCENES.to_owned(),
             format!("The publication: {AO_SETTING}."),
@@ -117,6 +114,7 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
                 .to_owned(),
         ],
         call: call(request),
+        ..Item::default()
     }
 }
 
@@ -163,11 +161,10 @@ fn along(request: &Request, made: &Made) -> Item {
         printed: "inconsistency and error of 100 poses along a path through Sponza and through Bistro.".to_owned(),
         here: format!("{} poses of a closed path about the first view of every scene.", request.scale.ao_poses),
         tables: vec![share, error],
-        pictures: Vec::new(),
         drawings: drawings(made, "path", "Inconsistency and error along the path"),
-        blocks: Vec::new(),
         differs: vec![OTHER_SCENES.to_owned(), "The publication's path is not published.".to_owned()],
         call: call(request),
+        ..Item::default()
     }
 }
 
@@ -201,11 +198,9 @@ fn times(request: &Request, made: &Made) -> Item {
                the filter the blend."
             .to_owned(),
         tables: vec![grid],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![OTHER_SCENES.to_owned(), "The device and the size are others: only ratios can be compared.".to_owned()],
         call: call(request),
+        ..Item::default()
     }
 }
 
@@ -235,11 +230,10 @@ fn threshold(request: &Request, made: &Made) -> Item {
             .to_owned(),
         here: "time, inconsistency and the share of the pixels that were worked on again, at six thresholds in every scene.".to_owned(),
         tables: vec![grid],
-        pictures: Vec::new(),
         drawings: drawings(made, "threshold", "Time and inconsistency against the threshold"),
-        blocks: Vec::new(),
         differs: vec![OTHER_SCENES.to_owned()],
         call: call(request),
+        ..Item::default()
     }
 }
 

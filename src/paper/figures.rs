@@ -130,10 +130,9 @@ fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
         here: step.here.to_owned(),
         tables: vec![measured(request, made, id)],
         pictures: pictures(made, id),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![OTHER_SCENES.to_owned(), step.differs.to_owned()],
         call: call(request, id),
+        ..Item::default()
     }
 }
 

@@ -7,7 +7,7 @@ use serde::ser::Serializer;
 use super::published::Publication;
 
 /// See the module's documentation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Item {
     /// `table2`.
     pub id: &'static str,

@@ -2,8 +2,9 @@
 //! Reflection*, seed 001 Wu's *Efficient Stereo-Aware Screen-Space Ambient Occlusion with Adaptive Computation*.
 
 /// A publication, as it is cited.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Publication {
+    #[default]
     Reflection,
     AmbientOcclusion,
 }

@@ -63,20 +63,7 @@ fn differs(sessions: &Sessions) -> Vec<String> {
 
 /// What every study's item has alike.
 fn base(id: &'static str, title: String, printed_in: &'static str, printed: String, here: String) -> Item {
-    Item {
-        id,
-        title,
-        publication: Publication::Reflection,
-        printed_in,
-        printed,
-        here,
-        tables: Vec::new(),
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
-        differs: Vec::new(),
-        call: None,
-    }
+    Item { id, title, publication: Publication::Reflection, printed_in, printed, here, ..Item::default() }
 }
 
 /// Figure 19.

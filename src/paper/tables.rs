@@ -88,16 +88,13 @@ pub fn scenes(made: &Made) -> Item {
                reflective materials, each one vote."
             .to_owned(),
         tables: vec![grid],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![
             OTHER_SCENES.to_owned(),
             "The publication does not say over what its mean roughness is taken. It counts dynamic objects; here the parts that move \
              are counted one by one."
                 .to_owned(),
         ],
-        call: None,
+        ..Item::default()
     }
 }
 
@@ -181,11 +178,9 @@ pub fn quality(request: &Request, made: &Made) -> Item {
                from it by scene; what it lacks of 1 is compared as a ratio, below 1 where Ours is better."
             .to_owned(),
         tables: vec![ssim, learned],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs,
         call: call(request, ID),
+        ..Item::default()
     }
 }
 
@@ -247,9 +242,6 @@ pub fn times(request: &Request, made: &Made) -> Item {
                overhead is the median of the ratios within the rounds."
             .to_owned(),
         tables: vec![grid, passes(made)],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![
             "The device is another one, and so is the size: only the last column can be compared.".to_owned(),
             OTHER_SCENES.to_owned(),
@@ -258,6 +250,7 @@ pub fn times(request: &Request, made: &Made) -> Item {
                 .to_owned(),
         ],
         call: call(request, ID),
+        ..Item::default()
     }
 }
 
@@ -341,11 +334,9 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
                above."
                 .to_owned(),
         tables: vec![grid],
-        pictures: Vec::new(),
         drawings,
-        blocks: Vec::new(),
-        differs: Vec::new(),
         call: call(request, ID),
+        ..Item::default()
     }
 }
 
@@ -402,13 +393,11 @@ pub fn modules(request: &Request, made: &Made) -> Item {
         here: "what is measured of each module, in every scene. Figures 11 to 14 above show it; Figure 18 (b) below asks for it."
             .to_owned(),
         tables: vec![grid],
-        pictures: Vec::new(),
-        drawings: Vec::new(),
-        blocks: Vec::new(),
         differs: vec![
             "Leaving out the traversal alone can change little: the reprojection fills many of the same gaps from the other eye."
                 .to_owned(),
         ],
         call: call(request, ID),
+        ..Item::default()
     }
 }
