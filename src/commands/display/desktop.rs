@@ -4,22 +4,14 @@ use std::time::Instant;
 
 use winit::keyboard::{Key, NamedKey};
 
-use super::Found;
+use super::shared::{self, FLICKER, Found, GROUND, WHICH_WORD};
 use crate::console::{Console, check_interrupted};
-use crate::display::content::{Content, Dots};
+use crate::display::content::Content;
 use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage};
 use crate::display::intervals::Intervals;
 use crate::display::panel::{Corner, Note, Panel, View};
 use crate::gpu::Image;
-use crate::study::protocol::{Screen, ScreeningTrial};
-use crate::study::stereogram::Stereogram;
-
-/// Stereograms that are asked about.
-const STEREOGRAMS: u32 = 4;
-/// Frames between two changes of the flickering square.
-const FLICKER: u64 = 30;
-/// Linear value of the ground, display value 128.
-const GROUND: f32 = 0.21586;
+use crate::study::protocol::Screen;
 
 struct Test {
     options: DesktopOptions,
@@ -46,7 +38,8 @@ pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool, console:
     let intervals = test.measure(seconds)?;
     let asks_eyes = !is_unattended && test.options.mode.is_stereo();
     let eyes_right = if asks_eyes { Some(test.ask_eyes(console)?) } else { None };
-    let depth_right = if asks_eyes { Some(test.ask_depth(console)?) } else { None };
+    let depth_right =
+        if asks_eyes { Some(shared::ask_depth(console, |content, at| test.ask_one(content, at))?) } else { None };
     test.stage.gpu().check_validation()?;
     let monitor = test.stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
     Ok(Found {
@@ -134,7 +127,7 @@ impl Test {
         let notes = |word: &str, test: &Test| vec![question.clone(), test.line(word, 0.5)];
         let (left, right) = (notes("L  left", self), notes("R  right", self));
         let mut is_new = true;
-        console.note(super::WHICH_WORD);
+        console.note(WHICH_WORD);
         loop {
             let keys = self.show(&Card { notes: [&left, &right], patch: None }, is_new)?;
             is_new = false;
@@ -146,31 +139,6 @@ impl Test {
                 }
             }
         }
-    }
-
-    /// Squares that only two eyes together can see, two pixels in front.
-    fn ask_depth(&mut self, console: &Console) -> anyhow::Result<(u32, u32)> {
-        let trials: Vec<ScreeningTrial> = (0..STEREOGRAMS)
-            .map(|trial| ScreeningTrial {
-                disparity_arcsec: 0.0,
-                disparity_px: 4,
-                arcsec_per_px: 1.0,
-                trial,
-                shown: [2, 1, 3, 0][trial as usize % 4],
-                required: false,
-            })
-            .collect();
-        let dots = |(i, trial): (usize, &ScreeningTrial)| {
-            let made = Stereogram::new(1, 0, i, trial, 256);
-            Dots { size: made.size, eyes: [made.left, made.right] }
-        };
-        let content = Content::of_dots(trials.iter().enumerate().map(dots).collect());
-        let mut right = 0;
-        for (at, trial) in trials.iter().enumerate() {
-            console.note(super::which_square(at, trials.len()));
-            right += u32::from(self.ask_one(&content, at)? == trial.shown);
-        }
-        Ok((right, STEREOGRAMS))
     }
 
     fn ask_one(&mut self, content: &Content, at: usize) -> anyhow::Result<u32> {

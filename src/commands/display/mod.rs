@@ -2,9 +2,9 @@
 
 mod desktop;
 mod openxr;
+mod shared;
 
 use clap::{Subcommand, ValueEnum};
-use serde::Serialize;
 
 use crate::console::Console;
 use crate::display::intervals::Intervals;
@@ -44,27 +44,6 @@ struct TestArgs {
 enum DisplayKind {
     Desktop,
     Openxr,
-}
-
-/// What a test found.
-#[derive(Debug, Serialize)]
-pub struct Found {
-    pub display: String,
-    /// Who says when a frame is seen.
-    pub timing: String,
-    pub intervals: Option<Intervals>,
-    /// Each eye saw its own picture; none: nobody was asked, or the mode shows one eye's.
-    pub eyes_right: Option<bool>,
-    /// Squares seen in a stereogram, of how many; chance is a quarter.
-    pub depth_right: Option<(u32, u32)>,
-}
-
-/// Said to the operator when the participant is asked which word an eye sees.
-const WHICH_WORD: &str = "question: which word does the open eye see?";
-
-/// Said to the operator when stereogram `at` (from 0) of `count` stands before the participant.
-fn which_square(at: usize, count: usize) -> String {
-    format!("question: in which quarter of stereogram {} of {count} does a square float?", at + 1)
 }
 
 /// See [`Args`].

@@ -2,24 +2,14 @@
 
 use std::time::Instant;
 
-use super::Found;
+use super::shared::{self, FLICKER, Found, GROUND, WHICH_WORD};
 use crate::console::{Console, check_interrupted};
-use crate::display::content::{Content, Dots};
+use crate::display::content::Content;
 use crate::display::intervals::Intervals;
 use crate::display::openxr::{Acts, Bare};
 use crate::display::panel::{Corner, Note, Panel, View};
 use crate::gpu::Image;
-use crate::study::protocol::{Input, Screen, ScreeningTrial};
-use crate::study::stereogram::Stereogram;
-
-/// Stereograms that are asked about.
-const STEREOGRAMS: u32 = 4;
-/// Frames between two changes of the flickering square.
-const FLICKER: u64 = 30;
-/// Linear value of the ground, display value 128.
-const GROUND: f32 = 0.21586;
-/// Dots a side.
-const DOTS: usize = 256;
+use crate::study::protocol::{Input, Screen};
 
 struct Test {
     words: Image,
@@ -44,7 +34,7 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
     if !is_unattended {
         console.note("answers: the stick and the trigger, or typed with Enter: 1 left, 2 right; then 1 to 4");
         eyes_right = Some(test.ask_eyes(console)?);
-        depth_right = Some(test.ask_depth(console)?);
+        depth_right = Some(shared::ask_depth(console, |content, at| test.ask_one(content, at))?);
     }
     test.headset.gpu().check_validation()?;
     let info = test.headset.info();
@@ -111,7 +101,7 @@ impl Test {
         let left = [question.clone(), self.line("left", 0.5)];
         let right = [question, self.line("right", 0.5)];
         self.write([&left, &right])?;
-        console.note(super::WHICH_WORD);
+        console.note(WHICH_WORD);
         loop {
             let (_, acts) = self.frame()?;
             let typed = acts.typed.iter().find_map(|i| if let Input::Choose(at) = i { Some(*at) } else { None });
@@ -122,30 +112,6 @@ impl Test {
                 _ => {}
             }
         }
-    }
-
-    /// Squares that only two eyes together can see.
-    fn ask_depth(&mut self, console: &Console) -> anyhow::Result<(u32, u32)> {
-        let trial = |trial: u32| ScreeningTrial {
-            disparity_arcsec: 0.0,
-            disparity_px: 4,
-            arcsec_per_px: 1.0,
-            trial,
-            shown: [2, 1, 3, 0][trial as usize % 4],
-            required: false,
-        };
-        let trials: Vec<ScreeningTrial> = (0..STEREOGRAMS).map(trial).collect();
-        let dots = |(i, trial): (usize, &ScreeningTrial)| {
-            let made = Stereogram::new(1, 0, i, trial, DOTS);
-            Dots { size: made.size, eyes: [made.left, made.right] }
-        };
-        let content = Content::of_dots(trials.iter().enumerate().map(dots).collect());
-        let mut right = 0;
-        for (at, trial) in trials.iter().enumerate() {
-            console.note(super::which_square(at, trials.len()));
-            right += u32::from(self.ask_one(&content, at)? == trial.shown);
-        }
-        Ok((right, STEREOGRAMS))
     }
 
     /// The stick moves the light over the four numbers, the trigger takes it.
