@@ -51,6 +51,7 @@ pub mod preference;
 pub mod report;
 pub mod screen;
 pub mod special;
+pub mod svg;
 pub mod terminal;
 pub mod wilcoxon;
 

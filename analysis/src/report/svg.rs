@@ -1,9 +1,8 @@
 //! Plots as SVG that takes its colours from the page: the same drawing on light, dark and paper.
 
-use std::fmt::Write;
-
 use crate::escape::html as escape;
 use crate::mos::Row;
+use crate::svg::{self, ticks};
 
 struct Canvas {
     body: String,
@@ -17,31 +16,19 @@ impl Canvas {
     }
 
     fn line(&mut self, class: &str, x1: f64, y1: f64, x2: f64, y2: f64) {
-        let _ = write!(self.body, r#"<line class="{class}" x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}"/>"#);
+        svg::line(&mut self.body, class, (x1, y1), (x2, y2));
     }
 
     fn text(&mut self, class: &str, x: f64, y: f64, text: &str) {
-        let _ = write!(self.body, r#"<text class="{class}" x="{x:.1}" y="{y:.1}">{}</text>"#, escape(text));
+        svg::text(&mut self.body, class, x, y, text);
     }
 
     fn rect(&mut self, class: &str, x: f64, y: f64, w: f64, h: f64) {
-        let _ = write!(self.body, r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}"/>"#);
+        svg::rect(&mut self.body, class, (x, y), (w, h));
     }
 
-    /// Circle, square, diamond, triangle: told apart without colour.
     fn marker(&mut self, series: usize, x: f64, y: f64) {
-        let class = format!("s{}", series % 6);
-        let points = match series % 4 {
-            0 => {
-                let _ = write!(self.body, r#"<circle class="{class}" cx="{x:.1}" cy="{y:.1}" r="6"/>"#);
-                return;
-            }
-            1 => [(-5.5, -5.5), (5.5, -5.5), (5.5, 5.5), (-5.5, 5.5)].to_vec(),
-            2 => [(0.0, -7.5), (7.5, 0.0), (0.0, 7.5), (-7.5, 0.0)].to_vec(),
-            _ => [(0.0, -7.0), (6.5, 5.0), (-6.5, 5.0)].to_vec(),
-        };
-        let points: Vec<String> = points.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
-        let _ = write!(self.body, r#"<polygon class="{class}" points="{}"/>"#, points.join(" "));
+        svg::mark(&mut self.body, &format!("s{}", series % 6), series, (x, y), 6.0);
     }
 
     fn finish(self, label: &str) -> String {
@@ -233,7 +220,7 @@ pub fn differences(
             let whole = |v: f64| (v / step) as i64;
             (whole(low) - 1..=whole(high) + 1).map(|i| i as f64 * step).filter(|v| (low..=high).contains(v)).collect()
         }
-        None => ticks(low, high),
+        None => ticks(low, high, 7.0),
     };
     for tick in marks {
         c.line(if tick == 0.0 { "zero" } else { "grid" }, x(tick), top, x(tick), bottom);
@@ -255,16 +242,6 @@ pub fn differences(
     let names = margin.map(|m| vec![format!("zone of no matter, ±{m}")]).unwrap_or_default();
     legend(&mut c, 8.0, 18.0, &names, stamp, |c, _, x, y| c.rect("band", x - 6.0, y - 7.0, 14.0, 14.0));
     c.finish(label)
-}
-
-/// Round numbers between `low` and `high`, four to nine of them.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let raw = (high - low) / 7.0;
-    let power = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|s| s * power).find(|s| *s >= raw).unwrap_or(raw);
-    let first = (low / step).ceil() as i64;
-    let last = (high / step).floor() as i64;
-    (first..=last).map(|i| i as f64 * step).collect()
 }
 
 /// Without the noise of binary fractions: 0.3, not 0.30000000000000004.
@@ -305,11 +282,11 @@ pub fn scatter(points: &[Point], label: &str, stamp: Option<&str>) -> String {
     let x = |v: f64| left + (v - x0) / (x1 - x0) * (width - left - right);
     let y = |v: f64| top + (y1 - v) / (y1 - y0) * (height - top - bottom);
     let mut c = Canvas::new(width, height);
-    for v in ticks(y0, y1) {
+    for v in ticks(y0, y1, 7.0) {
         c.line("grid", left, y(v), width - right, y(v));
         c.text("tick end", left - 8.0, y(v) + 4.5, &plain(v));
     }
-    for v in ticks(x0, x1) {
+    for v in ticks(x0, x1, 7.0) {
         c.text("tick middle", x(v), height - bottom + 18.0, &plain(v));
     }
     c.text("label middle", (left + width - right) / 2.0, height - 8.0, "measured systematic inconsistency");

@@ -1,5 +1,7 @@
 //! Values onto pixels, and where the ticks stand.
 
+use cyclopean_analysis::svg;
+
 /// How an axis grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scale {
@@ -49,12 +51,7 @@ impl Axis {
     /// of a linear one steps of 1, 2 or 5 times a power of ten, at most nine ticks.
     pub fn ticks(&self) -> Vec<f64> {
         if self.scale == Scale::Linear {
-            let least = (self.high - self.low) / 8.0;
-            let power = 10f64.powf(least.log10().floor());
-            let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= least).unwrap_or(least);
-            let first = (self.low / step).ceil() as i64;
-            // Counted in steps, so that no rounding adds up.
-            return (first..).map(|k| k as f64 * step).take_while(|t| self.holds(*t)).collect();
+            return svg::ticks(self.low, self.high, 8.0);
         }
         let decades = (self.high / self.low).log10();
         let steps: &[f64] = match decades {

@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use cyclopean_analysis::escape::html;
+use cyclopean_analysis::svg;
+pub use cyclopean_analysis::svg::{line, text};
 
 /// Least distance of two names, pixels.
 const NAME_STEP: f64 = 17.0;
@@ -139,32 +141,12 @@ pub fn bar(out: &mut String, index: usize, x: f64, (low, high): (f64, f64)) {
 
 /// A line through points.
 pub fn polyline(out: &mut String, index: usize, points: &[(f64, f64)]) {
-    let path: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-    let _ = write!(out, "<polyline class=\"line k{}\" points=\"{}\"/>", index % METHODS, path.join(" "));
+    svg::polyline(out, &format!("line k{}", index % METHODS), points);
 }
 
-/// Circle, square, diamond, triangle: told apart without colour.
+/// See [`svg::mark`].
 pub fn mark(out: &mut String, index: usize, x: f64, y: f64) {
-    let fill = format!("f{}", index % METHODS);
-    let corners: &[(f64, f64)] = match index % 4 {
-        0 => {
-            let _ = write!(out, "<circle class=\"{fill}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.6\"/>");
-            return;
-        }
-        1 => &[(-4.2, -4.2), (4.2, -4.2), (4.2, 4.2), (-4.2, 4.2)],
-        2 => &[(0.0, -5.8), (5.8, 0.0), (0.0, 5.8), (-5.8, 0.0)],
-        _ => &[(0.0, -5.4), (5.2, 4.0), (-5.2, 4.0)],
-    };
-    let points: Vec<String> = corners.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
-    let _ = write!(out, "<polygon class=\"{fill}\" points=\"{}\"/>", points.join(" "));
-}
-
-pub fn line(out: &mut String, class: &str, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
-    let _ = write!(out, "<line class=\"{class}\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>");
-}
-
-pub fn text(out: &mut String, class: &str, x: f64, y: f64, words: &str) {
-    let _ = write!(out, "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", html(words));
+    svg::mark(out, &format!("f{}", index % METHODS), index, (x, y), 4.6);
 }
 
 /// Plain between a ten-thousandth and ten thousand, else as a power of ten.
