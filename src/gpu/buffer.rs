@@ -8,7 +8,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
 use super::access::State;
-use super::{Called, Frame, Gpu, GpuError};
+use super::{Called, Gpu, GpuError};
 
 /// A buffer that any pass may use.
 pub struct Buffer {
@@ -16,7 +16,7 @@ pub struct Buffer {
     pub(super) state: Cell<State>,
     size: u64,
     allocation: RefCell<Option<Allocation>>,
-    gpu: Rc<Gpu>,
+    pub(super) gpu: Rc<Gpu>,
 }
 
 impl Buffer {
@@ -65,45 +65,6 @@ impl Buffer {
     /// As [`Buffer::device`].
     pub fn readback(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
         Buffer::new(gpu, what, bytes, MemoryLocation::GpuToCpu)
-    }
-
-    /// Device memory with this content, copied and waited for.
-    ///
-    /// # Errors
-    /// As [`Buffer::device`], or what the copy said.
-    pub fn with_content<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Buffer, GpuError> {
-        let bytes: &[u8] = bytemuck::cast_slice(content);
-        let buffer = Buffer::device(gpu, what, bytes.len() as u64)?;
-        buffer.fill(bytes)?;
-        Ok(buffer)
-    }
-
-    /// The same for what a ray structure is built from.
-    ///
-    /// # Errors
-    /// As [`Buffer::with_content`].
-    pub fn structure_input<T: bytemuck::NoUninit>(
-        gpu: &Rc<Gpu>,
-        what: &str,
-        content: &[T],
-    ) -> Result<Buffer, GpuError> {
-        let bytes: &[u8] = bytemuck::cast_slice(content);
-        let buffer = Buffer::structure(gpu, what, bytes.len() as u64)?;
-        buffer.fill(bytes)?;
-        Ok(buffer)
-    }
-
-    /// Copies, and waits.
-    fn fill(&self, bytes: &[u8]) -> Result<(), GpuError> {
-        let gpu = &self.gpu;
-        if !bytes.is_empty() {
-            let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
-            staging.write(bytes);
-            let mut frame = Frame::begin(gpu)?;
-            frame.copy_buffer(&staging, self);
-            frame.finish()?;
-        }
-        Ok(())
     }
 
     fn new(gpu: &Rc<Gpu>, what: &str, bytes: u64, location: MemoryLocation) -> Result<Buffer, GpuError> {

@@ -11,8 +11,8 @@ use cyclopean_analysis::{files, terminal};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 
-use super::acceleration::{EXTENSIONS, RayTracing};
 use super::create::text;
+use super::ray_tracing::{EXTENSIONS, RayTracing};
 use super::{Called, Creator, GpuError};
 
 /// How to open the device.

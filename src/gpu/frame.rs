@@ -1,5 +1,6 @@
 //! A frame: passes in order, barriers derived, a time a pass.
 
+use std::ops::Range;
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -240,26 +241,12 @@ impl Frame {
 
     /// Copies tightly packed layers into mip 0, one after the other.
     pub(super) fn copy_to_layers(&mut self, from: &Buffer, to: &Image) {
-        self.use_image(to, Use::COPY_TARGET);
-        let (width, height) = to.extent();
-        let region = vk::BufferImageCopy::default()
-            .image_extent(vk::Extent3D { width, height, depth: 1 })
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: to.aspect,
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: to.desc().layers,
-            });
-        // SAFETY: the buffer has the layers' bytes (see `Image::with_layers`).
-        unsafe {
-            self.gpu.device.cmd_copy_buffer_to_image(
-                self.commands,
-                from.raw,
-                to.raw,
-                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                &[region],
-            );
-        }
+        let region = vk::BufferImageCopy::default().image_extent(extent_of(to, 0)).image_subresource(layers_of(
+            to,
+            0,
+            0..to.desc().layers,
+        ));
+        self.copy_regions(from, to, &[region]);
     }
 
     /// Copies tightly packed mip levels into a single-layer image.
@@ -270,31 +257,25 @@ impl Frame {
 
     /// Copies the mip levels that lie tightly packed in `from`, beginning at byte `offset`, into one layer.
     pub fn copy_to_layer(&mut self, from: &Buffer, mut offset: u64, to: &Image, layer: u32, levels: &[Vec<u8>]) {
-        self.use_image(to, Use::COPY_TARGET);
-        let (width, height) = to.extent();
         let mut regions = Vec::new();
-        for (mip, level) in levels.iter().enumerate() {
-            let extent = vk::Extent3D { width: (width >> mip).max(1), height: (height >> mip).max(1), depth: 1 };
-            regions.push(vk::BufferImageCopy::default().buffer_offset(offset).image_extent(extent).image_subresource(
-                vk::ImageSubresourceLayers {
-                    aspect_mask: to.aspect,
-                    mip_level: mip as u32,
-                    base_array_layer: layer,
-                    layer_count: 1,
-                },
-            ));
+        for (mip, level) in (0..).zip(levels) {
+            let region = vk::BufferImageCopy::default()
+                .buffer_offset(offset)
+                .image_extent(extent_of(to, mip))
+                .image_subresource(layers_of(to, mip, layer..layer + 1));
+            regions.push(region);
             offset += level.len() as u64;
         }
-        // SAFETY: each region is one level of one layer, and the levels lie one after the other in the buffer.
-        unsafe {
-            self.gpu.device.cmd_copy_buffer_to_image(
-                self.commands,
-                from.raw,
-                to.raw,
-                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                &regions,
-            );
-        }
+        self.copy_regions(from, to, &regions);
+    }
+
+    /// The callers' regions lie within the image, and their bytes within the buffer.
+    fn copy_regions(&mut self, from: &Buffer, to: &Image, regions: &[vk::BufferImageCopy]) {
+        self.use_image(to, Use::COPY_TARGET);
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        // SAFETY: the image is in this layout (barrier above); each region is one level of layers that the image has, and the
+        // buffer holds the bytes one after the other; validation checks both in tests.
+        unsafe { self.gpu.device.cmd_copy_buffer_to_image(self.commands, from.raw, to.raw, layout, regions) };
     }
 
     /// Copies mip 0 of every layer into another image of the same size and number of layers, texel by texel: values
@@ -303,18 +284,11 @@ impl Frame {
         assert_eq!((from.extent(), from.desc().layers), (to.extent(), to.desc().layers), "images of one shape");
         self.use_image(from, Use::COPY_SOURCE);
         self.use_image(to, Use::COPY_TARGET);
-        let (width, height) = from.extent();
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: from.desc().layers,
-        };
-        let region = vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(vk::Extent3D {
-            width,
-            height,
-            depth: 1,
-        });
+        let all = 0..from.desc().layers;
+        let region = vk::ImageCopy::default()
+            .src_subresource(layers_of(from, 0, all.clone()))
+            .dst_subresource(layers_of(to, 0, all))
+            .extent(extent_of(from, 0));
         // SAFETY: both images are alive and have these layers (asserted); validation checks formats in tests.
         unsafe {
             self.gpu.device.cmd_copy_image(
@@ -337,25 +311,14 @@ impl Frame {
     pub fn copy_image(&mut self, from: &Image, to: &Buffer) {
         self.use_image(from, Use::COPY_SOURCE);
         self.use_buffer(to, Use::COPY_TARGET);
-        let (width, height) = from.extent();
-        let region = vk::BufferImageCopy::default()
-            .image_extent(vk::Extent3D { width, height, depth: 1 })
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: from.aspect,
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: from.desc().layers,
-            });
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        let region = vk::BufferImageCopy::default().image_extent(extent_of(from, 0)).image_subresource(layers_of(
+            from,
+            0,
+            0..from.desc().layers,
+        ));
         // SAFETY: the caller sized the buffer for the image; validation checks it in tests.
-        unsafe {
-            self.gpu.device.cmd_copy_image_to_buffer(
-                self.commands,
-                from.raw,
-                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                to.raw,
-                &[region],
-            );
-        }
+        unsafe { self.gpu.device.cmd_copy_image_to_buffer(self.commands, from.raw, layout, to.raw, &[region]) };
         self.use_buffer(to, Use::HOST_READ);
     }
 
@@ -384,6 +347,18 @@ impl Frame {
         let period = f64::from(self.gpu.timestamp_period_ns);
         Ok(ticks.chunks_exact(2).map(|t| t[1].saturating_sub(t[0]) as f64 * period * 1e-6).collect())
     }
+}
+
+/// Some layers of one mip level.
+fn layers_of(image: &Image, mip_level: u32, layers: Range<u32>) -> vk::ImageSubresourceLayers {
+    let layer_count = layers.end - layers.start;
+    vk::ImageSubresourceLayers { aspect_mask: image.aspect, mip_level, base_array_layer: layers.start, layer_count }
+}
+
+/// Texels of one mip level.
+fn extent_of(image: &Image, mip_level: u32) -> vk::Extent3D {
+    let (width, height) = image.extent();
+    vk::Extent3D { width: (width >> mip_level).max(1), height: (height >> mip_level).max(1), depth: 1 }
 }
 
 impl Drop for Frame {

@@ -8,7 +8,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
 use super::access::{State, Use};
-use super::{Buffer, Called, Frame, Gpu, GpuError};
+use super::{Called, Gpu, GpuError};
 
 /// What an image is.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +67,7 @@ pub struct Image {
     allocation: RefCell<Option<Allocation>>,
     /// Somebody else made `raw` and destroys it.
     lent: bool,
-    gpu: Rc<Gpu>,
+    pub(super) gpu: Rc<Gpu>,
 }
 
 impl Image {
@@ -129,21 +129,6 @@ impl Image {
         Ok(image)
     }
 
-    /// A sampled texture: `levels[mip]` has the texels of one mip, tightly packed.
-    ///
-    /// # Errors
-    /// As [`Image::new`], or what the copy said.
-    pub fn with_content(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, levels: &[Vec<u8>]) -> Result<Image, GpuError> {
-        let image = Image::new(gpu, what, desc)?;
-        let bytes: Vec<u8> = levels.concat();
-        let staging = Buffer::upload(gpu, "staging", bytes.len() as u64)?;
-        staging.write(&bytes);
-        let mut frame = Frame::begin(gpu)?;
-        frame.copy_to_image(&staging, &image, levels);
-        frame.finish()?;
-        Ok(image)
-    }
-
     /// A colour image of somebody else, such as a compositor's; only copies go into it. Before each use
     /// [`Image::take_over`], after it [`Frame::hand_back`].
     ///
@@ -167,30 +152,6 @@ impl Image {
     /// The owner of a lent image says that it may be written, in the layout of a colour attachment.
     pub fn take_over(&self) {
         self.state.set(State::HANDED_OVER);
-    }
-
-    /// Layers of mip 0, each tightly packed.
-    ///
-    /// # Errors
-    /// As [`Image::new`], or what the copy said.
-    pub fn with_layers(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, layers: &[&[u8]]) -> Result<Image, GpuError> {
-        assert_eq!(layers.len(), desc.layers as usize, "{what}: bytes for every layer");
-        let image = Image::new(gpu, what, desc)?;
-        image.write_layers(&layers.concat())?;
-        Ok(image)
-    }
-
-    /// Writes mip 0 of all layers, tightly packed one after the other, and waits; the image takes copies.
-    ///
-    /// # Errors
-    /// When memory for the copy runs out, or what the copy said.
-    pub fn write_layers(&self, bytes: &[u8]) -> Result<(), GpuError> {
-        let staging = Buffer::upload(&self.gpu, "staging", bytes.len() as u64)?;
-        staging.write(bytes);
-        let mut frame = Frame::begin(&self.gpu)?;
-        frame.copy_to_layers(&staging, self);
-        frame.finish()?;
-        Ok(())
     }
 
     /// Declares the next use; the barrier that it needs, if it does.

@@ -12,10 +12,12 @@ mod frame;
 mod image;
 mod pass;
 mod raster;
+mod ray_tracing;
 mod spirv;
 mod surface;
 mod swapchain;
 mod texture;
+mod transfer;
 
 pub use acceleration::{AccelerationStructure, Placed, Triangles};
 pub use access::Use;
@@ -31,6 +33,7 @@ pub use spirv::{Aligned, Shader};
 pub use surface::{Surface, WithSurface};
 pub use swapchain::{Shown, Swapchain};
 pub use texture::{Filter, MaterialSets, Sampler};
+pub use transfer::{read_buffer, read_image};
 
 /// What can go wrong below the renderer.
 #[derive(Debug, thiserror::Error)]

@@ -14,12 +14,13 @@ use crate::scene::{Alpha, Scene, Texture, Wrap};
 
 use super::context::Context;
 use super::mips::mip_chain;
+use super::ray_list::RayList;
 use super::ray_structure::{self, RayStructure};
 use super::settings::Trace;
 use super::shared::{
     COUNT_SHIFT, DOUBLE_SIDED, EmitterData, LEAF, MASKED, NodeData, TRANSMITS, TextureData, TriangleData,
 };
-use super::targets::{GBuffer, RayList};
+use super::targets::GBuffer;
 use super::upload::{Range, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
@@ -146,8 +147,8 @@ impl RayScene {
             .with(|chain| self.bind(chain, resources, context))
             .sampled(&gbuffer.surface, &context.nearest)
             .sampled(&gbuffer.depth, &context.nearest)
-            .with(|chain| resources.environment.bind(chain, context))
-            .with(|chain| context.baked.bind(chain, context))
+            .with(|chain| context.bind_environment(chain, &resources.environment))
+            .with(|chain| context.baked.bind(chain, &context.nearest))
     }
 
     /// Binds what `rays.glsl` and `hit_surface.glsl` read.

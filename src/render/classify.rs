@@ -6,8 +6,9 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
 use super::needs::Needs;
+use super::ray_list::RayList;
 use super::shaders;
-use super::targets::{RayList, Targets};
+use super::targets::Targets;
 
 /// See `shaders/classify.comp`.
 pub struct ClassifyPass {

@@ -3,13 +3,12 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use ash::vk;
 use glam::{DAffine3, DVec3};
 
-use crate::gpu::{Buffer, Dispatch, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sampler};
+use crate::gpu::{Buffer, Dispatch, Filter, Gpu, GpuError, Image, Sampler};
 use crate::scene::{Eye, Fallback, Instance, Scene, StereoCamera};
 
-use super::baked::BakedLight;
+use super::baked::light::BakedLight;
 use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
 use super::upload::{self, EnvironmentMaps, SceneResources};
@@ -95,35 +94,19 @@ impl Context {
             .read_buffer(&self.lights)
     }
 
+    /// Binds what `shade.glsl` reads: the environment's three maps and the table of the lobe's albedo.
+    pub fn bind_environment<'f>(&'f self, chain: Dispatch<'f>, environment: &'f EnvironmentMaps) -> Dispatch<'f> {
+        chain
+            .sampled(&environment.radiance, &environment.sampler)
+            .sampled(&environment.irradiance, &environment.sampler)
+            .sampled(&environment.specular, &environment.sampler)
+            .sampled(&self.brdf_table, &self.linear)
+    }
+
     /// What the device has of the frame.
     pub fn uniform(&self) -> FrameUniform {
         self.uniform.get()
     }
-}
-
-/// Reads one buffer back after a frame of its own.
-pub fn read_buffer(gpu: &Rc<Gpu>, buffer: &Buffer) -> Result<Vec<u8>, GpuError> {
-    let host = Buffer::readback(gpu, "readback", buffer.size())?;
-    let mut frame = Frame::begin(gpu)?;
-    frame.copy_buffer(buffer, &host);
-    frame.finish()?;
-    Ok(host.read())
-}
-
-/// Reads mip 0 of every layer back, tightly packed.
-pub fn read_image(gpu: &Rc<Gpu>, image: &Image) -> Result<Vec<u8>, GpuError> {
-    let ImageDesc { width, height, layers, format, .. } = *image.desc();
-    let texel = match format {
-        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
-        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_SFLOAT => 8,
-        _ => 4,
-    };
-    let bytes = u64::from(width) * u64::from(height) * u64::from(layers) * texel;
-    let host = Buffer::readback(gpu, "readback", bytes)?;
-    let mut frame = Frame::begin(gpu)?;
-    frame.copy_image(image, &host);
-    frame.finish()?;
-    Ok(host.read())
 }
 
 fn frame_uniform(

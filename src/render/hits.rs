@@ -2,10 +2,8 @@
 
 use std::rc::Rc;
 
-use crate::gpu::{Gpu, GpuError, Image};
+use crate::gpu::{Gpu, GpuError, Image, read_image};
 use crate::scene::Eye;
-
-use super::context::read_image;
 
 /// Twin of the words in `shaders/common/hit.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -41,7 +41,7 @@ impl IndirectPass {
             .uniform(&context.frame)
             .with(|chain| rays.bind(chain, resources, context))
             .sampled(&targets.gbuffer.depth, &context.nearest)
-            .with(|chain| context.baked.bind(chain, context))
+            .with(|chain| context.baked.bind(chain, &context.nearest))
             .write(indirect)
             .dispatch_stereo(indirect.extent())
     }

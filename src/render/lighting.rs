@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
-use super::ao::Ao;
 use super::context::Context;
+use super::method::Ao;
 use super::needs::Needs;
 use super::shaders;
 use super::targets::Targets;
@@ -48,7 +48,7 @@ impl LightingPass {
             .write_buffer(&context.counters)
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
-            .with(|chain| resources.environment.bind(chain, context))
+            .with(|chain| context.bind_environment(chain, &resources.environment))
             .write(&targets.radiance)
             .sampled(emission, &context.nearest)
             .sampled(direct, &context.nearest)

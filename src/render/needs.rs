@@ -4,10 +4,12 @@
 
 use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
-use super::ao::Ao;
+use super::method::Ao;
 use super::method::{Answer, Blend, Method, Reuse, Traversal};
 use super::settings::{Settings, ShadingReuse, Shadows};
-use super::shadows::RIM_RAYS;
+
+/// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
+pub const RIM_RAYS: u32 = 6;
 
 /// A pass (or a part of one) and why it runs or not.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

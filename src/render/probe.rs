@@ -4,11 +4,11 @@ use std::rc::Rc;
 
 use ash::vk;
 
-use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image, ImageDesc, read_image};
 use crate::scene::{Environment, Equirect, Scene};
 
 use super::bvh::RayScene;
-use super::context::{Context, read_image};
+use super::context::Context;
 use super::needs::Needs;
 use super::shaders;
 use super::upload::{EnvironmentMaps, SceneResources};
@@ -43,8 +43,8 @@ pub fn probe(
         .uniform(&context.frame)
         .read_buffer(&context.lights)
         .with(|chain| rays.bind(chain, resources, context))
-        .with(|chain| resources.environment.bind(chain, context))
-        .with(|chain| context.baked.bind(chain, context))
+        .with(|chain| context.bind_environment(chain, &resources.environment))
+        .with(|chain| context.baked.bind(chain, &context.nearest))
         .write(&image)
         .constants(&place)
         .dispatch(WIDTH / 8, WIDTH / 16, 1)?;

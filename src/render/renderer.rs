@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use cyclopean_analysis::files::WriteError;
 use glam::DVec3;
 
 use crate::console::Interrupted;
@@ -12,15 +11,16 @@ use crate::gpu::{Gpu, GpuError, Image, PassTime};
 use crate::picture::StereoPicture;
 use crate::scene::{Scene, StereoCamera};
 
-use super::ao::Ao;
 use super::baked::BakedLight;
 use super::brdf_table::brdf_table;
 use super::bvh::{RayScene, fast_ray_queries};
 use super::context::Context;
 use super::cpu;
+use super::error::{MOST_PIXELS, RenderError};
 use super::fine::Fine;
 use super::framing::Framing;
 use super::lazy_rays::LazyRays;
+use super::method::Ao;
 use super::method::Method;
 use super::needs::{Needs, Part};
 use super::prepared::{Prepared, Shared};
@@ -29,31 +29,6 @@ use super::settings::Settings;
 use super::shadow_maps::ShadowMaps;
 use super::shared::Counts;
 use super::upload::{EnvironmentMaps, SceneResources};
-
-/// Pixels of a side, at the most (twin: `pack_pixel` in ray_list.glsl).
-const MOST_PIXELS: u32 = 1 << 14;
-
-/// A picture could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    #[error(transparent)]
-    Interrupted(#[from] Interrupted),
-    /// What was gathered could not be kept.
-    #[error(transparent)]
-    Kept(#[from] WriteError),
-    /// A ray list has fourteen bits a side.
-    #[error(
-        "a picture of {width}×{height} pixels an eye (a guard band included) is too large: at most {MOST_PIXELS} a side"
-    )]
-    TooLarge { width: u32, height: u32 },
-    /// A result that would poison a study.
-    #[error(
-        "scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused"
-    )]
-    NotFinite { scene: String, method: String, nan: u64, inf: u64 },
-}
 
 /// A stereo still with what is known of its making.
 pub struct Rendered {

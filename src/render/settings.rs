@@ -2,7 +2,7 @@
 
 use crate::scene::{Fallback, Scene};
 
-use super::ao::AoSettings;
+use super::ao::settings::AoSettings;
 use super::method::{Method, Reuse, Temporal};
 
 /// The random streams of the eyes.
@@ -199,7 +199,7 @@ fn is_default(temporal: &Temporal) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ao::Ao;
+    use super::super::method::Ao;
     use super::*;
 
     #[test]

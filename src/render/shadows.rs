@@ -8,13 +8,10 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::{Needs, RIM_RAYS};
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
-
-/// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
-pub const RIM_RAYS: u32 = 6;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]

@@ -7,9 +7,10 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
 use super::method::{Method, Reuse, Traversal};
+use super::ray_list::RayList;
 use super::settings::Settings;
 use super::shaders;
-use super::targets::{Filtered, GBuffer, Marched, RayList};
+use super::targets::{Filtered, GBuffer, Marched};
 
 /// See `shaders/trace.comp`, `shaders/trace_other_eye.comp` and, for the oracle, `shaders/trace_one_loop.comp`.
 pub struct TracePass {

@@ -7,10 +7,9 @@ use std::rc::Rc;
 use ash::vk;
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::gpu::{Buffer, Dispatch, Filter, Gpu, GpuError, Image, ImageDesc, MaterialSets, Sampler};
+use crate::gpu::{Buffer, Filter, Gpu, GpuError, Image, ImageDesc, MaterialSets, Sampler};
 use crate::scene::{Alpha, Environment, Equirect, LightSource, Material, Scene, Texture, TextureRef, Wrap};
 
-use super::context::Context;
 use super::mips::mip_chain;
 use super::shared::{InstanceData, LightData, MaterialData, TextureSlot, Vertex};
 
@@ -118,17 +117,6 @@ impl EnvironmentMaps {
             specular: upload_equirect(gpu, "specular environment", &stacked)?,
             sampler: Sampler::new(gpu, Filter::EQUIRECT)?,
         })
-    }
-}
-
-impl EnvironmentMaps {
-    /// Binds what `shade.glsl` reads: the three maps and the BRDF table.
-    pub fn bind<'f>(&'f self, chain: Dispatch<'f>, context: &'f Context) -> Dispatch<'f> {
-        chain
-            .sampled(&self.radiance, &self.sampler)
-            .sampled(&self.irradiance, &self.sampler)
-            .sampled(&self.specular, &self.sampler)
-            .sampled(&context.brdf_table, &context.linear)
     }
 }
 

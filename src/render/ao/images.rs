@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use ash::vk;
 
-use super::Ao;
+use super::super::method::Ao;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc};
-use crate::render::targets::RayList;
+use crate::render::ray_list::RayList;
 
 /// See the module's documentation.
 pub struct AoImages {

@@ -1,21 +1,20 @@
 //! Ambient occlusion: how much of its surroundings each pixel sees, between the G-buffer and the lighting (seed 001: Wu,
 //! adaptive stereo ambient occlusion).
 
-mod images;
+pub mod images;
 mod rays;
-mod settings;
+pub mod settings;
 mod views;
 
 use std::rc::Rc;
 
 use super::bvh::RayScene;
+use super::method::Ao;
 use super::needs::Needs;
 use crate::gpu::{Gpu, GpuError};
+use settings::AoSettings;
 
-pub use crate::method::Ao;
-pub use images::AoImages;
 pub use rays::RaysPass;
-pub use settings::AoSettings;
 pub use views::{Seen, ViewsPass};
 
 /// The passes of one way to find it.

@@ -9,8 +9,9 @@ use super::settings::AoSettings;
 use crate::gpu::{ComputePass, Dispatch, Frame, Gpu, GpuError, Image};
 use crate::method::Ao;
 use crate::render::context::Context;
+use crate::render::ray_list::RayList;
 use crate::render::shaders;
-use crate::render::targets::{GBuffer, RayList};
+use crate::render::targets::GBuffer;
 
 /// What a frame's passes look at.
 #[derive(Clone, Copy)]

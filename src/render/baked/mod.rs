@@ -6,26 +6,27 @@
 
 mod gather;
 mod lattice;
+pub mod light;
 mod store;
 
 use std::path::Path;
 use std::rc::Rc;
 
-use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::console::check_interrupted;
-use crate::gpu::{Buffer, ComputePass, Dispatch, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePass, Frame, Gpu, GpuError, Image, read_buffer};
 use crate::scene::Scene;
 
 use super::bvh::{RayScene, upload_rows};
-use super::context::{Context, read_buffer};
+use super::context::Context;
+use super::error::RenderError;
 use super::needs::Needs;
-use super::renderer::RenderError;
 use super::shaders;
 use super::upload::SceneResources;
 use gather::Gathering;
 use lattice::Lattice;
+pub use light::{BakedLight, Gathered};
 
 /// Points that gather, about; fewer where surfaces are small.
 const POINTS: f64 = 40_000.0;
@@ -40,43 +41,7 @@ const MOST_ROUNDS: u32 = 24;
 /// Rays of a submission, at the most: about half a second in software.
 const RAYS_A_SUBMISSION: u32 = 200_000;
 
-/// Baked light on a device.
-pub struct BakedLight {
-    patches: Image,
-    light: Image,
-    gathered: Gathered,
-}
-
-/// The same in the host's memory.
-#[derive(Default)]
-pub struct Gathered {
-    /// See [`Lattice::patches`].
-    pub patches: Vec<u32>,
-    /// Irradiance / π in red, green and blue, a point.
-    pub light: Vec<[f32; 4]>,
-}
-
 impl BakedLight {
-    /// Stands in where there is none.
-    ///
-    /// # Errors
-    /// When device memory runs out.
-    pub fn nothing(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
-        let desc = ImageDesc::texture(1, 1, 1, vk::Format::R32G32B32A32_UINT);
-        let image = |what| Image::with_content(gpu, what, desc, &[vec![0; 16]]);
-        Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
-    }
-
-    /// For whoever traces on the host.
-    pub fn gathered(&self) -> &Gathered {
-        &self.gathered
-    }
-
-    /// Binds what `baked.glsl` reads.
-    pub fn bind<'f>(&'f self, chain: Dispatch<'f>, context: &'f Context) -> Dispatch<'f> {
-        chain.sampled(&self.patches, &context.nearest).sampled(&self.light, &context.nearest)
-    }
-
     /// Takes the scene's baked light from `folder`, or gathers it and keeps it there.
     ///
     /// # Errors
@@ -213,7 +178,7 @@ impl Baker<'_> {
                 .uniform(&self.context.frame)
                 .read_buffer(&self.context.lights)
                 .with(|chain| self.rays.bind(chain, self.resources, self.context))
-                .with(|chain| self.resources.environment.bind(chain, self.context))
+                .with(|chain| self.context.bind_environment(chain, &self.resources.environment))
                 .sampled(patches, &self.context.nearest)
                 .sampled(&light, &self.context.nearest)
                 .read_buffer(&self.points)

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use cyclopean_analysis::files::{self, WriteError};
 use sha2::{Digest, Sha256};
 
+use super::super::error::RenderError;
 use super::super::needs::Needs;
-use super::super::renderer::RenderError;
 use super::super::shaders;
 use super::{CLOSEST, LAST_RAYS, MOST_ROUNDS, POINTS, RAYS, SETTLED};
 use crate::scene::Scene;

@@ -10,6 +10,7 @@ mod baked;
 mod brdf;
 mod environment;
 mod hit_surface;
+mod inputs;
 mod lights;
 mod math;
 mod parallel;

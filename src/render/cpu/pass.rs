@@ -6,16 +6,17 @@ use std::time::Instant;
 use glam::Vec3A;
 use half::f16;
 
-use crate::gpu::{Gpu, GpuError, Image, PassTime};
+use crate::gpu::{Gpu, GpuError, Image, PassTime, read_image};
 
 use super::super::baked::Gathered;
-use super::super::context::{Context, read_image};
+use super::super::context::Context;
+use super::super::convergence::relative_error;
 use super::super::needs::Needs;
-use super::super::prepared::relative_error;
+use super::super::ray_list::RayList;
 use super::super::shared::Counts;
-use super::super::targets::{GBuffer, PathTraced, RayList};
-use super::path_trace::{Inputs, KeptPixel, Pixel, Sums, Tally, add_samples};
-use super::shade::BrdfTable;
+use super::super::targets::{GBuffer, PathTraced};
+use super::inputs::{BrdfTable, Inputs, Tally};
+use super::path_trace::{KeptPixel, Pixel, Sums, add_samples};
 use super::world::World;
 
 /// Stands in for [`super::super::path_trace::PathTracePass`].

@@ -4,31 +4,19 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3A, Vec3A, Vec4};
 
-use super::super::baked::Gathered;
-use super::super::shared::{Counts, EyeUniform, FrameUniform};
-use super::super::targets::RayList;
+use super::super::ray_list::RayList;
+use super::super::shared::{EyeUniform, FrameUniform};
 use super::brdf::Reflector;
+use super::inputs::{Inputs, Tally};
 use super::math::{MOST_HALF, luminance};
 use super::parallel::on_all_cores;
 use super::random::{DRAW_LIGHT, Sequence, combine};
-use super::shade::{BrdfTable, Draws, LightWalk, Shading};
+use super::shade::{Draws, LightWalk, Shading};
 use super::surface::Surface;
 use super::tree::Stack;
-use super::world::World;
 
 /// Pixels that a thread takes at a time.
 const AT_A_TIME: usize = 64;
-
-/// What every path reads.
-pub struct Inputs<'a> {
-    pub world: &'a World,
-    pub table: &'a BrdfTable,
-    /// Where baked light stands in for the environment's.
-    pub gathered: Option<&'a Gathered>,
-    pub frame: &'a FrameUniform,
-    /// Some light casts a shadow.
-    pub shadows: bool,
-}
 
 /// A listed pixel: what it shows, and its sums so far.
 pub struct Pixel {
@@ -61,39 +49,6 @@ pub struct Sums {
     /// Of each pixel.
     pub samples: u32,
     pub pixels: Vec<KeptPixel>,
-}
-
-/// What the paths came to.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Tally {
-    below_horizon: u64,
-    sky: u64,
-    hits: u64,
-    nan: u64,
-    clamped: u64,
-    /// Rays from hits to lights, which the counters of a frame do not count.
-    pub light_rays: u64,
-}
-
-impl Tally {
-    pub fn add(&mut self, other: &Tally) {
-        self.below_horizon += other.below_horizon;
-        self.sky += other.sky;
-        self.hits += other.hits;
-        self.nan += other.nan;
-        self.clamped += other.clamped;
-        self.light_rays += other.light_rays;
-    }
-
-    /// In a frame's counters.
-    pub fn count(&self, counts: &mut Counts) {
-        counts.below_horizon += self.below_horizon;
-        counts.sky += self.sky;
-        counts.hits += self.hits;
-        counts.rays += self.sky + self.hits;
-        counts.nan += self.nan;
-        counts.clamped += self.clamped;
-    }
 }
 
 /// Adds samples `first .. first + count` to every pixel.

@@ -7,10 +7,9 @@ use glam::{Vec2, Vec3A};
 
 use super::super::shared::{FrameUniform, MASKED, TRANSMITS};
 use super::baked::baked_light;
-use super::environment::bilinear;
+use super::inputs::{Inputs, Tally};
 use super::lights::Kind;
 use super::math::{Basis, FAR, reflect};
-use super::path_trace::{Inputs, Tally};
 use super::random::Sequence;
 use super::surface::Surface;
 use super::tree::{Intersection, Obstacle, Stack};
@@ -19,25 +18,6 @@ use super::world::World;
 /// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
 /// put a point below its triangle.
 const SHADOW_OFFSET: f32 = 2e-4;
-
-/// A and B of the specular lobe's albedo F0·A + B, as `brdf_table.comp` integrated them on the device.
-pub struct BrdfTable {
-    pub side: i32,
-    /// x: A, y: B.
-    pub texels: Vec<Vec3A>,
-}
-
-impl BrdfTable {
-    fn specular_albedo(&self, f0: Vec3A, nv: f32, roughness: f32) -> Vec3A {
-        let side = self.side as f32;
-        let uv = (Vec2::new(nv.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0)) * (side - 1.0) + 0.5) / side;
-        let ab = bilinear(uv, [self.side; 2], |i, j| {
-            let inside = |k: i32| k.clamp(0, self.side - 1);
-            self.texels[(inside(j) * self.side + inside(i)) as usize]
-        });
-        f0 * ab.x + Vec3A::splat(ab.y)
-    }
-}
 
 /// From the unit square to the unit disc (Shirley & Chiu 1997), neighbours to neighbours.
 pub fn on_disc(u: [f32; 2]) -> Vec2 {

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use glam::{Vec2, Vec3A};
 
-use crate::gpu::{Gpu, GpuError, Image, PassTime};
+use crate::gpu::{Gpu, GpuError, Image, PassTime, read_image};
 
-use super::super::context::{Context, read_image};
+use super::super::context::Context;
 use super::super::shadows::rays_a_light;
 use super::super::shared::FrameUniform;
 use super::super::targets::GBuffer;

@@ -19,13 +19,14 @@ use crate::gpu::{Gpu, GpuError, PassTime};
 use crate::scene::{HeadPath, Scene, StereoCamera, View};
 
 use super::accumulate::AccumulatePass;
-use super::ao::{Ao, AoPass};
+use super::ao::AoPass;
 use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::Context;
 use super::cpu::{CpuPathTrace, CpuShadows, Sums, World};
 use super::depth_pyramid::DepthPyramidPass;
+use super::error::RenderError;
 use super::fine::Fine;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
@@ -33,11 +34,11 @@ use super::history::{History, Moment};
 use super::indirect::IndirectPass;
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
+use super::method::Ao;
 use super::method::Method;
 use super::needs::Needs;
 use super::path_rays::PathRaysPass;
 use super::path_trace::PathTracePass;
-use super::renderer::RenderError;
 use super::reproject::ReprojectPass;
 use super::resolve::ResolvePass;
 use super::settings::Settings;
@@ -49,8 +50,6 @@ use super::targets::Targets;
 use super::trace::TracePass;
 use super::trace_geometry::TraceGeometryPass;
 use super::upload::{EnvironmentMaps, SceneResources};
-
-pub(super) use until::relative_error;
 
 /// The passes of a frame, made for its needs.
 struct Passes {

@@ -1,10 +1,9 @@
 //! What is read back of the last frame.
 
-use crate::gpu::{GpuError, Image};
+use crate::gpu::{GpuError, Image, read_image};
 use crate::picture::StereoPicture;
 
-use super::super::ao::AoImages;
-use super::super::context::read_image;
+use super::super::ao::images::AoImages;
 use super::super::geometry::Geometry;
 use super::super::hits::{self, RayEnd};
 use super::super::targets::GBuffer;

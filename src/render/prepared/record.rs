@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use crate::console::Interrupted;
-use crate::gpu::{Frame, GpuError, PassTime};
+use crate::gpu::{Frame, GpuError, PassTime, read_buffer};
 
 use super::super::ao::{AoPass, Seen};
-use super::super::context::{Context, read_buffer};
+use super::super::context::Context;
 use super::super::cpu::Paths;
-use super::super::renderer::RenderError;
+use super::super::error::RenderError;
 use super::super::shared::{CountersData, Counts};
 use super::super::targets::{Marched, Targets};
 use super::super::trace_geometry::TraceGeometryPass;

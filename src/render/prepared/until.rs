@@ -2,18 +2,16 @@
 
 use glam::Vec3;
 
-use crate::gpu::GpuError;
+use crate::gpu::{GpuError, read_image};
 
-use super::super::context::read_image;
+use super::super::convergence::relative_error;
 use super::super::cpu::Sums;
-use super::super::targets::{PathTraced, RayList};
+use super::super::ray_list::RayList;
+use super::super::targets::PathTraced;
 use super::Prepared;
 
 /// Samples after which the error is looked at: the first time, and at least so many later.
 const BETWEEN_CHECKS: u32 = 16;
-/// Luminance below which an error counts as it would there, as a share of the reflecting pixels' mean.
-const DARK: f64 = 0.01;
-
 impl Prepared {
     /// The reference of the frames to come stops at the first check at which its relative error is at most `until`, or at the
     /// method's samples. Checks lie at 16, 32, 48, 64, 80, 96, … samples, and from 128 on a quarter further each time,
@@ -102,14 +100,6 @@ fn next_check(samples: u32) -> u32 {
     check
 }
 
-/// See [`Prepared::set_until`]; of means and standard errors, asked twice. 0 where nothing reflects.
-pub(in super::super) fn relative_error<I: Iterator<Item = (Vec3, Vec3)>>(pixels: impl Fn() -> I) -> f64 {
-    let luminance = |c: Vec3| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
-    let (sum, count) = pixels().fold((0.0, 0u64), |(sum, n), (mean, _)| (sum + luminance(mean), n + 1));
-    let dark = (DARK * sum / count.max(1) as f64).max(f64::MIN_POSITIVE);
-    pixels().map(|(mean, error)| luminance(error) / luminance(mean).max(dark)).sum::<f64>() / count.max(1) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,14 +112,5 @@ mod tests {
         }
         assert_eq!(at, [0, 16, 32, 48, 64, 80, 96, 112, 128, 160, 192, 240]);
         assert_eq!([17, 31, 32, 191, 239].map(next_check), [32, 32, 48, 192, 240]);
-    }
-
-    #[test]
-    fn a_relative_error_is_of_luminance_and_bounded_in_the_dark() {
-        let pixels = [(Vec3::splat(2.0), Vec3::splat(0.1)), (Vec3::ZERO, Vec3::splat(0.001))];
-        let error = relative_error(|| pixels.into_iter());
-        // 5 %, and 0.001 over 1 % of the mean 1.
-        assert!((error - (0.05 + 0.1) / 2.0).abs() < 1e-6, "{error}");
-        assert_eq!(relative_error(std::iter::empty), 0.0);
     }
 }

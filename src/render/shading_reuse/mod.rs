@@ -1,11 +1,12 @@
 //! Shading shared by the eyes: what lights put on the left eye's pixels, on those of the right eye as well.
 
+pub mod images;
+
 use std::rc::Rc;
 
-use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Buffer, ComputePass, Dispatch, Frame, Gpu, GpuError, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePass, Dispatch, Frame, Gpu, GpuError, Image};
 use crate::scene::Scene;
 
 use super::bvh::RayScene;
@@ -13,38 +14,9 @@ use super::context::Context;
 use super::needs::Needs;
 use super::shaders;
 use super::shadows::rays_a_light;
-use super::targets::{GBuffer, RayList, Targets};
+use super::targets::{GBuffer, Targets};
 use super::upload::SceneResources;
-
-/// What the passes leave for each other.
-pub struct Shared {
-    /// Of the left eye: what lights put on it, without the albedo and what is specular.
-    diffuse: Image,
-    /// Pixels of the right eye that take nothing from the left one.
-    pub list: RayList,
-    /// Which lights arrive whole and which are hidden; a single texel where nothing casts a shadow.
-    known: Image,
-}
-
-impl Shared {
-    /// For views of so many pixels.
-    ///
-    /// # Errors
-    /// When device memory runs out: the message names the image and its bytes.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, (width, height): (u32, u32)) -> Result<Shared, GpuError> {
-        let one_eye = |width, height| ImageDesc {
-            layers: 1,
-            ..ImageDesc::stereo(width, height, vk::Format::R16G16B16A16_SFLOAT)
-        };
-        let (known_width, known_height) = if needs.shadows { (width, height) } else { (1, 1) };
-        let known = ImageDesc::stereo(known_width, known_height, vk::Format::R32G32B32A32_UINT);
-        Ok(Shared {
-            known: Image::new(gpu, "known lights", known)?,
-            diffuse: Image::new(gpu, "diffuse light", one_eye(width, height))?,
-            list: RayList::new(gpu, u64::from(width) * u64::from(height))?,
-        })
-    }
-}
+pub use images::Shared;
 
 /// Lights the left eye, gives the right eye what it may take, and lights the rest. See `shaders/shading_reuse.comp`.
 pub struct ShadingReusePass {

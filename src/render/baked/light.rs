@@ -1,0 +1,45 @@
+//! Baked light on a device, as passes read it.
+
+use std::rc::Rc;
+
+use ash::vk;
+
+use crate::gpu::{Dispatch, Gpu, GpuError, Image, ImageDesc, Sampler};
+
+/// Baked light on a device.
+pub struct BakedLight {
+    pub(super) patches: Image,
+    pub(super) light: Image,
+    pub(super) gathered: Gathered,
+}
+
+/// The same in the host's memory.
+#[derive(Default)]
+pub struct Gathered {
+    /// See [`super::lattice::Lattice::patches`].
+    pub patches: Vec<u32>,
+    /// Irradiance / π in red, green and blue, a point.
+    pub light: Vec<[f32; 4]>,
+}
+
+impl BakedLight {
+    /// Stands in where there is none.
+    ///
+    /// # Errors
+    /// When device memory runs out.
+    pub fn nothing(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
+        let desc = ImageDesc::texture(1, 1, 1, vk::Format::R32G32B32A32_UINT);
+        let image = |what| Image::with_content(gpu, what, desc, &[vec![0; 16]]);
+        Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
+    }
+
+    /// For whoever traces on the host.
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
+    }
+
+    /// Binds what `baked.glsl` reads.
+    pub fn bind<'f>(&'f self, chain: Dispatch<'f>, nearest: &'f Sampler) -> Dispatch<'f> {
+        chain.sampled(&self.patches, nearest).sampled(&self.light, nearest)
+    }
+}
