@@ -2,6 +2,9 @@
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3, Vec4};
 
+/// Distance between the eyes where a glTF camera says nothing: the adult mean, metres.
+pub const DEFAULT_IPD_M: f64 = 0.063;
+
 /// Left or right; the index is the array layer everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -135,7 +135,7 @@ fn default_fov() -> f64 {
 }
 
 fn default_ipd() -> f64 {
-    super::load::DEFAULT_IPD_M
+    super::camera::DEFAULT_IPD_M
 }
 
 fn default_near() -> f64 {

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::builder::{Builder, Finish, MaterialId, Pose};
 use super::furniture::{self, slab};
+use super::glasses::Glasses;
 use super::noise::unit;
 use super::pattern::{self, rgb};
 use super::shape::Shape;
@@ -11,7 +12,6 @@ use super::solids::{block, rounded_box};
 use super::sweep::{cask, disc, tube};
 use super::tableware;
 use super::texture::Image;
-use super::wine::Glasses;
 
 /// Floor, walls and beams; the wood that the furniture is of.
 pub(super) fn shell(b: &mut Builder) -> MaterialId {

@@ -7,6 +7,7 @@ mod cellar;
 mod figures;
 mod finish;
 mod furniture;
+mod glasses;
 mod noise;
 mod pattern;
 mod pica;

@@ -2,36 +2,29 @@
 
 use glam::Vec3;
 
-use super::builder::{Builder, Finish, MaterialId, Pose};
+use super::builder::{Builder, Finish, Pose};
 use super::furniture::{self, slab};
 use super::pattern::{self, rgb};
-use super::playthings;
+use super::playthings::{self, Paints};
 use super::shape::{Shape, cos, sin};
 use super::solids::{rounded_box, sphere};
 use super::sweep::{disc, smooth3, tube};
 use super::tableware;
 use super::texture::Image;
 
-pub(super) struct Stuff {
-    pub(super) white: MaterialId,
-    rose: MaterialId,
-    pub(super) gold: MaterialId,
-    pub(super) candy: Vec<MaterialId>,
-}
-
 pub fn build(detail: f64) -> Builder {
     let mut b = Builder::new("pink", detail);
-    let stuff = shell(&mut b);
-    wall_things(&mut b, &stuff);
-    seats(&mut b, &stuff);
-    table(&mut b, &stuff);
-    playthings::train(&mut b, &stuff);
+    let paints = shell(&mut b);
+    wall_things(&mut b, &paints);
+    seats(&mut b, &paints);
+    table(&mut b, &paints);
+    playthings::train(&mut b, &paints);
     playthings::balloons(&mut b);
-    playthings::toys(&mut b, &stuff);
+    playthings::toys(&mut b, &paints);
     b
 }
 
-fn shell(b: &mut Builder) -> Stuff {
+fn shell(b: &mut Builder) -> Paints {
     let squares = move |u, v| pattern::checker(u, v, 6, rgb(236, 206, 208), rgb(196, 96, 122));
     let floor_map = b.texture("checker", Image::color(512, squares));
     let floor_wear = b.texture("checker-wear", Image::roughness(512, move |u, v| pattern::wear(u, v, 0.5, 14)));
@@ -79,7 +72,7 @@ fn shell(b: &mut Builder) -> Stuff {
             ([150, 200, 120], 0.67),
         ],
     );
-    Stuff {
+    Paints {
         white,
         rose: b.material(Finish::dielectric("rose gloss", rgb(206, 70, 104), 0.14).ior(1.7)),
         gold: b.material(Finish::metal("pale gold", [0.94, 0.76, 0.52], 0.22)),
@@ -87,9 +80,9 @@ fn shell(b: &mut Builder) -> Stuff {
     }
 }
 
-fn wall_things(b: &mut Builder, stuff: &Stuff) {
+fn wall_things(b: &mut Builder, paints: &Paints) {
     let pane = b.material(Finish::dielectric("evening", [0.95; 3], 0.9).transmitting(0.9).emissive([2.6, 1.9, 1.9]));
-    let parts = furniture::window(b, stuff.white, pane, 1.2, 1.5, (2, 2));
+    let parts = furniture::window(b, paints.white, pane, 1.2, 1.5, (2, 2));
     let window = b.mesh("window", parts);
     b.place("window left", window, Pose::at(-3.25, 1.85, -1.5).yaw(90.0));
     b.place("window left 2", window, Pose::at(-3.25, 1.85, 0.9).yaw(90.0));
@@ -123,7 +116,7 @@ fn wall_things(b: &mut Builder, stuff: &Stuff) {
         );
         let print =
             b.material(Finish::dielectric(&format!("print {}", k + 1), [1.0; 3], 0.48 + 0.05 * k as f32).map(map, 1.0));
-        let moulding = if k % 2 == 0 { stuff.gold } else { stuff.white };
+        let moulding = if k % 2 == 0 { paints.gold } else { paints.white };
         let parts = furniture::picture(b, moulding, print, w, h);
         let picture = b.mesh(&format!("print {}", k + 1), parts);
         b.place(&format!("print {}", k + 1), picture, Pose::at(x, y, -3.49));
@@ -141,7 +134,7 @@ fn wall_things(b: &mut Builder, stuff: &Stuff) {
     b.add("neon heart", neon, tube(&smooth3(&heart[..40], b.segments(4, 1)), 0.02, b.segments(20, 6)));
 }
 
-fn seats(b: &mut Builder, stuff: &Stuff) {
+fn seats(b: &mut Builder, paints: &Paints) {
     let velvet_map = b.texture(
         "velvet",
         Image::color(256, move |u, v| pattern::weave(u, v, 56, rgb(206, 84, 116), rgb(180, 60, 96))),
@@ -153,30 +146,30 @@ fn seats(b: &mut Builder, stuff: &Stuff) {
     };
     let dot_map = b.texture("dots", Image::color(256, dots));
     let dotted = b.material(Finish::dielectric("dotted satin", [1.0; 3], 0.45).map(dot_map, 2.4));
-    let parts = furniture::sofa(b, velvet, dotted, stuff.gold, 2);
+    let parts = furniture::sofa(b, velvet, dotted, paints.gold, 2);
     let sofa = b.mesh("love seat", parts);
     b.place("love seat", sofa, Pose::at(-0.1, 0.0, -2.75));
-    let parts = furniture::sofa(b, dotted, velvet, stuff.gold, 1);
+    let parts = furniture::sofa(b, dotted, velvet, paints.gold, 1);
     let armchair = b.mesh("armchair", parts);
     b.place("armchair left", armchair, Pose::at(-2.3, 0.0, -1.0).yaw(60.0));
     b.place("armchair right", armchair, Pose::at(2.35, 0.0, -1.1).yaw(-62.0));
-    let parts = furniture::chair(b, stuff.white, velvet);
+    let parts = furniture::chair(b, paints.white, velvet);
     let chair = b.mesh("chair", parts);
     b.place("chair left", chair, Pose::at(-1.95, 0.0, 1.15).yaw(70.0));
     b.place("chair right", chair, Pose::at(1.95, 0.0, 1.2).yaw(-75.0));
     let shade = b.material(
         Finish::dielectric("pink shade", rgb(236, 170, 176), 0.85).transmitting(0.5).emissive([2.2, 1.2, 1.2]),
     );
-    let parts = furniture::floor_lamp(b, stuff.gold, shade, 1.6);
+    let parts = furniture::floor_lamp(b, paints.gold, shade, 1.6);
     let lamp = b.mesh("floor lamp", parts);
     b.place("floor lamp", lamp, Pose::at(1.35, 0.0, -2.9));
     b.place("floor lamp", lamp, Pose::at(-1.55, 0.0, -2.95));
 }
 
-fn table(b: &mut Builder, stuff: &Stuff) {
+fn table(b: &mut Builder, paints: &Paints) {
     let mut stand = furniture::turned_foot(b, 0.5, 0.22);
     stand.push(disc(0.46, 0.03, b.segments(96, 16)).at(0.0, 0.5, 0.0));
-    b.add("tea table", stuff.rose, stand.at(0.1, 0.0, -1.5));
+    b.add("tea table", paints.rose, stand.at(0.1, 0.0, -1.5));
     let china = b.material(Finish::dielectric("tea china", rgb(244, 236, 230), 0.4));
     let icing = b.material(Finish::dielectric("icing", rgb(250, 214, 222), 0.6));
     let cake = {
@@ -199,7 +192,7 @@ fn table(b: &mut Builder, stuff: &Stuff) {
     b.add("berries", berry, berries);
     let cup = b.mesh(
         "tea cup",
-        vec![(china, tableware::mug(b, 0.036)), (stuff.candy[0], tableware::plate(b, 0.07).at(0.0, -0.011, 0.0))],
+        vec![(china, tableware::mug(b, 0.036)), (paints.candy[0], tableware::plate(b, 0.07).at(0.0, -0.011, 0.0))],
     );
     for (k, a) in [20.0f32, 110.0, 200.0, 290.0].into_iter().enumerate() {
         let at = (0.1 + 0.33 * sin(a.to_radians()), -1.5 + 0.33 * cos(a.to_radians()));

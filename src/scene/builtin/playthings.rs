@@ -2,19 +2,26 @@
 
 use glam::Vec3;
 
-use super::builder::{Builder, Finish, Pose};
+use super::builder::{Builder, Finish, MaterialId, Pose};
 use super::figures;
 use super::furniture;
 use super::noise::unit;
 use super::pattern::rgb;
-use super::pink::Stuff;
 use super::shape::{Shape, sin};
 use super::solids::{block, sphere, torus};
 use super::sweep::{disc, lathe, smooth, smooth3, tube};
 use super::tableware::{self, Parts};
 
+/// The paints that toys share with the room.
+pub(super) struct Paints {
+    pub(super) white: MaterialId,
+    pub(super) rose: MaterialId,
+    pub(super) gold: MaterialId,
+    pub(super) candy: Vec<MaterialId>,
+}
+
 /// Six wagons on a ring of rails around the middle of the floor, one mesh, so that all circle together.
-pub(super) fn train(b: &mut Builder, stuff: &Stuff) {
+pub(super) fn train(b: &mut Builder, paints: &Paints) {
     let (radius, s) = (0.85, b.segments(4, 1));
     let rail = b.material(Finish::metal("tin rail", [0.72, 0.72, 0.74], 0.32));
     let tie = b.material(Finish::dielectric("sleeper", rgb(120, 72, 60), 0.6));
@@ -31,12 +38,12 @@ pub(super) fn train(b: &mut Builder, stuff: &Stuff) {
     let mut parts = Parts::new();
     for k in 0..6 {
         let place = |shape: Shape| shape.at(0.0, 0.033, radius).turned(Vec3::Y, -17.0 * k as f32 + 130.0);
-        let paint = stuff.candy[[8usize, 3, 2, 0, 7, 4][k]];
+        let paint = paints.candy[[8usize, 3, 2, 0, 7, 4][k]];
         let mut wheels = Shape::default();
         for (x, z) in [(-0.06f32, -0.05f32), (0.06, -0.05), (-0.06, 0.05), (0.06, 0.05)] {
             wheels.push(disc(0.03, 0.014, b.segments(40, 10)).turned(Vec3::X, 90.0).at(x, 0.03, z - 0.007));
         }
-        parts.push((stuff.gold, place(wheels)));
+        parts.push((paints.gold, place(wheels)));
         let mut body = block(0.2, 0.03, 0.1, 0.01, s).at(0.0, 0.035, 0.0);
         if k == 0 {
             body.push(disc(0.045, 0.14, b.segments(56, 12)).turned(Vec3::Z, -90.0).at(-0.06, 0.115, 0.0));
@@ -45,13 +52,13 @@ pub(super) fn train(b: &mut Builder, stuff: &Stuff) {
                 &smooth(&[(0.0, 0.0), (0.015, 0.0), (0.015, 0.05), (0.028, 0.07), (0.0, 0.071)], 3),
                 b.segments(36, 8),
             );
-            parts.push((stuff.gold, place(chimney.at(0.05, 0.158, 0.0))));
+            parts.push((paints.gold, place(chimney.at(0.05, 0.158, 0.0))));
         } else {
             body.push(block(0.19, 0.07, 0.1, 0.016, s).at(0.0, 0.067, 0.0));
             for i in 0..5 {
                 let ball = sphere(0.024, b.segments(28, 8));
                 parts.push((
-                    stuff.candy[(k + i * 3) % 10],
+                    paints.candy[(k + i * 3) % 10],
                     place(ball.at(-0.07 + 0.035 * i as f32, 0.146, 0.012 - 0.024 * (i % 2) as f32)),
                 ));
             }
@@ -85,12 +92,12 @@ pub(super) fn balloons(b: &mut Builder) {
 }
 
 /// Dolls within the rails, toys around them, shelves of books and jars.
-pub(super) fn toys(b: &mut Builder, stuff: &Stuff) {
+pub(super) fn toys(b: &mut Builder, paints: &Paints) {
     let eye = b.material(Finish::dielectric("doll eye", rgb(30, 30, 34), 0.06));
     let paint = |k: usize| figures::RobotPaint {
-        body: stuff.candy[k],
-        trim: stuff.candy[(k + 3) % 10],
-        joint: stuff.gold,
+        body: paints.candy[k],
+        trim: paints.candy[(k + 3) % 10],
+        joint: paints.gold,
         eye,
     };
     for (k, (x, z, h, yaw)) in
@@ -108,7 +115,7 @@ pub(super) fn toys(b: &mut Builder, stuff: &Stuff) {
             continue;
         }
         let size = 0.07 + 0.08 * u(2);
-        let material = stuff.candy[(u(3) * 9.99) as usize];
+        let material = paints.candy[(u(3) * 9.99) as usize];
         let shape = match k % 5 {
             0 => block(size, size, size, size * 0.14, b.segments(5, 1)),
             1 => sphere(size * 0.6, b.segments(56, 10)).at(0.0, size * 0.6, 0.0),
@@ -124,11 +131,11 @@ pub(super) fn toys(b: &mut Builder, stuff: &Stuff) {
         let mesh = b.mesh("toy", vec![(material, shape)]);
         b.place(&format!("toy {}", k + 1), mesh, Pose::at(x, 0.003, z).yaw(72.0 * u(4)));
     }
-    let parts = furniture::shelf(b, stuff.white, 0.9, 0.28, 1.7, 4);
+    let parts = furniture::shelf(b, paints.white, 0.9, 0.28, 1.7, 4);
     let shelf = b.mesh("toy shelf", parts);
     b.place("toy shelf", shelf, Pose::at(2.55, 0.0, -3.28));
     b.place("toy shelf", shelf, Pose::at(-2.6, 0.0, -3.28));
-    let covers = &stuff.candy[..];
+    let covers = &paints.candy[..];
     let page = b.material(Finish::dielectric("page", rgb(240, 230, 216), 0.9));
     for (k, x) in [2.55f32, -2.6].into_iter().enumerate() {
         for board in 0..4 {
@@ -140,7 +147,7 @@ pub(super) fn toys(b: &mut Builder, stuff: &Stuff) {
             } else {
                 for i in 0..3 {
                     let form = tableware::vase(b, i + board, 0.24);
-                    b.add("jar", stuff.candy[(i * 3 + board) % 10], form.at(x - 0.27 + 0.27 * i as f32, y, -3.25));
+                    b.add("jar", paints.candy[(i * 3 + board) % 10], form.at(x - 0.27 + 0.27 * i as f32, y, -3.25));
                 }
             }
         }

@@ -13,7 +13,7 @@ use super::sweep::{disc, lathe, smooth, tube};
 use super::tableware;
 use super::texture::Image;
 
-struct Stuff {
+struct Materials {
     stone: MaterialId,
     marble: MaterialId,
     gold: MaterialId,
@@ -23,16 +23,16 @@ struct Stuff {
 
 pub fn build(detail: f64) -> Builder {
     let mut b = Builder::new("temple", detail);
-    let stuff = hall(&mut b);
-    columns(&mut b, &stuff);
-    altar(&mut b, &stuff);
-    guardians(&mut b, &stuff);
-    offerings(&mut b, &stuff);
-    lanterns(&mut b, &stuff);
+    let materials = hall(&mut b);
+    columns(&mut b, &materials);
+    altar(&mut b, &materials);
+    guardians(&mut b, &materials);
+    offerings(&mut b, &materials);
+    lanterns(&mut b, &materials);
     b
 }
 
-fn hall(b: &mut Builder) -> Stuff {
+fn hall(b: &mut Builder) -> Materials {
     let flags = move |u, v| pattern::tiles(u, v, (4, 4), rgb(118, 108, 92), rgb(46, 40, 34), 0.5);
     let floor_map = b.texture("flags", Image::color(512, flags));
     let floor_bump =
@@ -69,7 +69,7 @@ fn hall(b: &mut Builder) -> Stuff {
         let across = rounded_box(Vec3::new(8.5, 0.26, 0.22), 0.02, b.segments(3, 1));
         b.add("beam", beam, across.at(0.0, 4.26, -5.0 + 1.7 * k as f32));
     }
-    Stuff {
+    Materials {
         stone: b.material(Finish::dielectric("limestone", [1.0; 3], 0.5).map(stone_map, 1.2)),
         marble: b.material(Finish::dielectric("green marble", [1.0; 3], 0.11).ior(1.7).map(marble_map, 0.7)),
         gold: b.material(
@@ -80,11 +80,11 @@ fn hall(b: &mut Builder) -> Stuff {
     }
 }
 
-fn columns(b: &mut Builder, stuff: &Stuff) {
+fn columns(b: &mut Builder, materials: &Materials) {
     let shape = figures::column(b, 4.12, 0.24);
     let mut band = torus(0.262, 0.02, b.segments(72, 12), b.segments(12, 5)).at(0.0, 1.1, 0.0);
     band.push(torus(0.262, 0.02, b.segments(72, 12), b.segments(12, 5)).at(0.0, 1.3, 0.0));
-    let column = b.mesh("column", vec![(stuff.stone, shape), (stuff.gold, band)]);
+    let column = b.mesh("column", vec![(materials.stone, shape), (materials.gold, band)]);
     for (i, z) in [-4.4f32, -2.8, -1.2, 0.4, 2.0].into_iter().enumerate() {
         for x in [-2.15f32, 2.15] {
             b.place(&format!("column {}", 2 * i + usize::from(x > 0.0) + 1), column, Pose::at(x, 0.0, z));
@@ -110,13 +110,13 @@ fn columns(b: &mut Builder, stuff: &Stuff) {
     }
 }
 
-fn altar(b: &mut Builder, stuff: &Stuff) {
+fn altar(b: &mut Builder, materials: &Materials) {
     let s = b.segments(4, 1);
     for (k, (w, d)) in [(3.2f32, 1.9f32), (2.7, 1.5), (2.2, 1.1)].into_iter().enumerate() {
-        b.add("altar step", stuff.marble, block(w, 0.15, d, 0.02, s).at(0.0, 0.151 * k as f32, -4.4));
+        b.add("altar step", materials.marble, block(w, 0.15, d, 0.02, s).at(0.0, 0.151 * k as f32, -4.4));
     }
     let figure = figures::seated_figure(b);
-    let mesh = b.mesh("great figure", vec![(stuff.gold, figure)]);
+    let mesh = b.mesh("great figure", vec![(materials.gold, figure)]);
     b.place("great figure", mesh, Pose::at(0.0, 0.455, -4.45).scale(1.75));
     // A halo behind the head: rays around a ring.
     let mut halo = torus(0.62, 0.05, b.segments(96, 16), b.segments(20, 6)).turned(Vec3::X, 90.0);
@@ -125,7 +125,7 @@ fn altar(b: &mut Builder, stuff: &Stuff) {
         let ray = rounded_box(Vec3::new(0.03, if k % 2 == 0 { 0.3 } else { 0.2 }, 0.02), 0.006, b.segments(2, 1));
         halo.push(ray.at(0.0, 0.8, 0.0).turned(Vec3::Z, 15.0 * k as f32));
     }
-    b.add("halo", stuff.bronze, halo.at(0.0, 1.8, -4.95));
+    b.add("halo", materials.bronze, halo.at(0.0, 1.8, -4.95));
     let niche_tile = b.material(Finish::dielectric("niche glaze", rgb(28, 74, 88), 0.26));
     for row in 0..7 {
         for column in 0..9 {
@@ -135,7 +135,7 @@ fn altar(b: &mut Builder, stuff: &Stuff) {
     }
 }
 
-fn guardians(b: &mut Builder, stuff: &Stuff) {
+fn guardians(b: &mut Builder, materials: &Materials) {
     let jade = b.material(Finish::dielectric("jade", rgb(74, 122, 88), 0.3).ior(1.66));
     let terracotta = b.material(Finish::dielectric("terracotta", rgb(164, 88, 56), 0.61));
     let basalt = b.material(Finish::dielectric("basalt", rgb(48, 48, 52), 0.4));
@@ -147,7 +147,7 @@ fn guardians(b: &mut Builder, stuff: &Stuff) {
         shape.push(block(0.56, 0.06, 0.56, 0.015, b.segments(4, 1)).at(0.0, 0.442, 0.0));
         shape
     };
-    let base = b.mesh("plinth", vec![(stuff.marble, plinth)]);
+    let base = b.mesh("plinth", vec![(materials.marble, plinth)]);
     let stand = [
         (-1.35f32, -2.6f32, 25.0f32, jade, 0.62f32),
         (1.35, -2.6, -25.0, terracotta, 0.62),
@@ -163,7 +163,7 @@ fn guardians(b: &mut Builder, stuff: &Stuff) {
     }
 }
 
-fn offerings(b: &mut Builder, stuff: &Stuff) {
+fn offerings(b: &mut Builder, materials: &Materials) {
     // In the middle, near: a burner, vessels and lotus lamps at several depths.
     let n = b.segments(72, 14);
     let body = smooth(
@@ -192,7 +192,7 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
         let ear = torus(0.07, 0.016, b.segments(36, 10), b.segments(12, 5)).turned(Vec3::X, 90.0);
         burner.push(ear.at(0.0, 0.62, 0.24).turned(Vec3::Y, a + 60.0));
     }
-    let burner = b.mesh("burner", vec![(stuff.bronze, burner)]);
+    let burner = b.mesh("burner", vec![(materials.bronze, burner)]);
     b.place("burner", burner, Pose::at(0.12, 0.0, -0.9).yaw(20.0));
     let ash = b.material(Finish::dielectric("incense", rgb(120, 60, 40), 0.624));
     let mut sticks = Shape::default();
@@ -232,7 +232,7 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
             1 => {
                 let lamp = figures::lotus(b, size * 0.5, size * 0.3);
                 let parts = vec![
-                    (stuff.gold, lamp),
+                    (materials.gold, lamp),
                     (flame, sphere(0.03, b.segments(24, 8)).scaled(0.8, 1.8, 0.8).at(0.0, size * 0.3 + 0.045, 0.0)),
                 ];
                 let mesh = b.mesh("lotus lamp", parts);
@@ -257,14 +257,14 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
         "bead",
         &[([200, 60, 40], 0.036), ([40, 110, 150], 0.3), ([220, 180, 70], 0.32), ([230, 226, 214], 0.42)],
     );
-    let mut parts: Vec<(MaterialId, Shape)> = vec![(stuff.lacquer, disc(0.17, 0.03, n).at(0.0, 0.3, 0.0))];
-    parts.push((stuff.lacquer, furniture::turned_foot(b, 0.3, 0.12)));
+    let mut parts: Vec<(MaterialId, Shape)> = vec![(materials.lacquer, disc(0.17, 0.03, n).at(0.0, 0.3, 0.0))];
+    parts.push((materials.lacquer, furniture::turned_foot(b, 0.3, 0.12)));
     for k in 0..12 {
         let a = k as f32 * std::f32::consts::PI / 6.0;
         let at = Vec3::new(super::shape::sin(a) * 0.14, 0.37, super::shape::cos(a) * 0.14);
         parts.push((colors[k % 4], sphere(0.034, b.segments(32, 8)).at(at.x, at.y, at.z)));
     }
-    parts.push((stuff.gold, figures::star(0.1, 0.02).at(0.0, 0.46, -0.01)));
+    parts.push((materials.gold, figures::star(0.1, 0.02).at(0.0, 0.46, -0.01)));
     let wheel = b.mesh("bead wheel", parts);
     b.place("bead wheel", wheel, Pose::at(-0.48, 0.001, 0.35));
     for (k, x) in [-1.0f32, 1.0].into_iter().enumerate() {
@@ -272,17 +272,17 @@ fn offerings(b: &mut Builder, stuff: &Stuff) {
             &smooth(&[(0.0, 0.0), (0.2, 0.0), (0.26, 0.2), (0.26, 0.36), (0.2, 0.56), (0.0, 0.56)], b.segments(8, 2)),
             n,
         );
-        b.add("drum", if k == 0 { stuff.lacquer } else { glazes[5] }, drum.at(x * 1.62, 0.0, 1.15));
+        b.add("drum", if k == 0 { materials.lacquer } else { glazes[5] }, drum.at(x * 1.62, 0.0, 1.15));
     }
 }
 
-fn lanterns(b: &mut Builder, stuff: &Stuff) {
+fn lanterns(b: &mut Builder, materials: &Materials) {
     let paper =
         b.material(Finish::dielectric("lantern glow", [0.8; 3], 0.85).transmitting(0.8).emissive([4.5, 2.9, 1.2]));
     let cold = b.material(Finish::dielectric("blue glow", [0.7; 3], 0.85).transmitting(0.8).emissive([0.9, 2.0, 2.8]));
-    let parts = figures::lantern(b, stuff.bronze, paper, 1.9);
+    let parts = figures::lantern(b, materials.bronze, paper, 1.9);
     let warm = b.mesh("lantern", parts);
-    let parts = figures::lantern(b, stuff.gold, cold, 1.6);
+    let parts = figures::lantern(b, materials.gold, cold, 1.6);
     let blue = b.mesh("blue lantern", parts);
     b.place("moving lantern", warm, Pose::at(0.45, 4.1, -0.2));
     for (x, z) in [(-1.1f32, -1.9f32), (1.1, -1.9), (-1.1, 1.2), (1.15, 1.4)] {

@@ -5,7 +5,7 @@
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
-use super::image::MOST_BYTES;
+use super::limits::MOST_TEXEL_BYTES;
 use crate::scene::error::Reason;
 
 const MAGIC: &[u8; 12] = b"\xABKTX 20\xBB\r\n\x1A\n";
@@ -63,8 +63,8 @@ pub fn decode(bytes: &[u8], most_wide: u32) -> Result<(u32, u32, Vec<u8>), Reaso
     if !matches!(model, Some(&(ETC1S | UASTC))) {
         return Err(broken("it holds neither ETC1S nor UASTC, the two that KHR_texture_basisu allows"));
     }
-    if u64::from(width) * u64::from(height) * 4 > MOST_BYTES {
-        return Err(broken(&format!("{width} × {height} texels are more than {} MiB", MOST_BYTES >> 20)));
+    if u64::from(width) * u64::from(height) * 4 > MOST_TEXEL_BYTES {
+        return Err(broken(&format!("{width} × {height} texels are more than {} MiB", MOST_TEXEL_BYTES >> 20)));
     }
     // Keys and values say nothing that is needed here, so the transcoder does not see them.
     let mut bytes = bytes.to_vec();

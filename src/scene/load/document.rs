@@ -14,13 +14,12 @@ use super::files::Reader;
 use super::image::Textures;
 use super::limits::{MOST_LIGHTS, MOST_PLACED, MOST_VIEWS};
 use super::nodes::{self, Placed};
-use super::repair::{self, Mesh};
+use super::repair;
+use super::triangle_list::Mesh;
 use super::{draco, instancing, material, mesh, meshopt, weld};
+use crate::scene::camera::DEFAULT_IPD_M;
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::{Instance, Light, LightSource, Material, Primitive, Texture, View};
-
-/// Distance between the eyes where a glTF camera says nothing: the adult mean, metres.
-pub const DEFAULT_IPD_M: f64 = 0.063;
 
 /// What a glTF file holds, in the renderer's terms.
 #[derive(Debug, Default)]

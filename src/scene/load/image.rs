@@ -16,14 +16,12 @@ use super::accessor::Buffers;
 use super::basis;
 use super::budget::Budget;
 use super::files::Reader;
+use super::limits::MOST_TEXEL_BYTES;
 use crate::scene::error::Reason;
 use crate::scene::{Texture, Wrap};
 
 /// 16 k a side is what Vulkan devices take at most.
 const MOST_WIDE: u32 = 16384;
-
-/// Texels of one picture, unpacked: what the crate for PNG and JPEG allows, too.
-pub const MOST_BYTES: u64 = 512 << 20;
 
 /// Extensions that name another image for a texture; the first that is there wins, then the core format's.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
@@ -204,6 +202,6 @@ fn limits() -> image::Limits {
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MOST_WIDE);
     limits.max_image_height = Some(MOST_WIDE);
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(MOST_TEXEL_BYTES);
     limits
 }

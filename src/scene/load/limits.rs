@@ -6,6 +6,9 @@ use gltf::json::Root;
 use crate::scene::error::Reason;
 use crate::scene::manifest::Manifest;
 
+/// Texels of one picture, unpacked: what the crate for PNG and JPEG allows, too.
+pub const MOST_TEXEL_BYTES: u64 = 512 << 20;
+
 /// Of a glTF's JSON; what is large belongs into a `.bin` or a `.glb`.
 const MOST_JSON: usize = 512 << 20;
 const MOST_OBJECTS: usize = 1 << 20;

@@ -6,7 +6,7 @@ use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
 use super::accessor::Buffers;
-use super::repair::Mesh;
+use super::triangle_list::Mesh;
 use crate::scene::error::Reason;
 
 /// The joints' matrices of a skin: object space (bind pose) → the space that the mesh is placed in.

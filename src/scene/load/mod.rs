@@ -20,13 +20,13 @@ mod meshopt;
 mod nodes;
 mod repair;
 mod tangents;
+mod triangle_list;
 mod weld;
 
 use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::files::{self as disk, MOST_DATA, MOST_TEXT};
 
-pub use document::DEFAULT_IPD_M;
 pub use extensions::{ExtensionUse, Treatment};
 pub use files::Files;
 

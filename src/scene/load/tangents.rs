@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec3, Vec4};
 
-use super::repair::Mesh;
+use super::triangle_list::Mesh;
 
 /// A unit tangent orthogonal to the unit normal, chosen without branches at the poles' mercy.
 pub fn any(normal: Vec3) -> Vec4 {
