@@ -16,6 +16,7 @@ mod device;
 mod display;
 #[cfg(feature = "gpu")]
 mod doctor;
+mod find_study;
 #[cfg(feature = "gpu")]
 mod live;
 mod outside;

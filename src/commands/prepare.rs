@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::catalogue::catalogue;
-use super::study::find_study;
+use super::find_study::find_study;
 use crate::console::{self, Console};
 use crate::study::prepare::{self, Found, Shard};
 use crate::study::stimulus::StimulusRenderer;

@@ -9,7 +9,7 @@ use cyclopean_analysis::journal::record::{Kind, Outcome};
 use cyclopean_analysis::terminal;
 
 use super::WrongUsage;
-use super::study::find_study;
+use super::find_study::find_study;
 use crate::console::Console;
 use crate::display::DisplayInfo;
 use crate::display::headless::Headless;

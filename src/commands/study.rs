@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::catalogue::catalogue;
+use super::find_study::find_study;
 use crate::console::Console;
 use crate::study::disk::Disk;
 use crate::study::preview::Preview;
@@ -79,16 +80,6 @@ enum Action {
         #[arg(long, default_value = "sessions")]
         sessions: PathBuf,
     },
-}
-
-/// Loads a study by path, or by the name of a file in `studies/`.
-///
-/// # Errors
-/// It cannot be read, or has problems.
-pub fn find_study(name: &Path) -> Result<Study, StudyError> {
-    let named = Path::new("studies").join(name).with_extension("json");
-    let is_name = !name.exists() && name.components().count() == 1 && named.exists();
-    validate::load(if is_name { &named } else { name })
 }
 
 /// See [`Args`].

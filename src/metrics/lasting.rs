@@ -10,8 +10,7 @@ use cyclopean_analysis::special::student_upper;
 use serde::{Deserialize, Serialize};
 
 use super::jackknife::{self, Figure, GROUPS};
-use super::pairs::{MATCH, Pairs};
-use super::stereo::seen;
+use super::pairs::{MATCH, Pairs, seen};
 
 /// What two references with different seeds say of each pair.
 #[derive(Debug, Clone)]

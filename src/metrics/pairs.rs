@@ -210,6 +210,11 @@ fn sides(camera: &EyeCamera) -> [f64; 4] {
     [fov.left_rad, fov.right_rad, fov.up_rad, fov.down_rad].map(f64::tan)
 }
 
+/// Luminances of a pair.
+pub(super) fn seen(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
+    [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,8 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::lasting::{Agreement, Lasting, OverSeeds, chance, share};
-use super::luminance;
-use super::pairs::{MATCH, Pairs};
+use super::pairs::{MATCH, Pairs, seen};
 
 /// Contrasts beyond which pairs are counted; the first is what an observer hardly sees.
 pub const THRESHOLDS: [f64; 4] = [MATCH, 0.05, 0.10, 0.20];
@@ -147,11 +146,6 @@ pub fn share_beyond(pairs: &Pairs, eyes: [&[[f32; 3]]; 2]) -> Option<f64> {
         let seen = seen(pair, eyes);
         f64::from(u8::from(weber(seen, pairs.epsilon) > MATCH))
     }))
-}
-
-/// Luminances of a pair.
-pub(super) fn seen(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
-    [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]))
 }
 
 fn base([l, r]: [f64; 2], epsilon: f64) -> f64 {

@@ -14,6 +14,7 @@ pub mod poses;
 pub mod power;
 pub mod prepare;
 pub mod preview;
+pub mod problem;
 pub mod protocol;
 pub mod questionnaire;
 pub mod random;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use serde_json::Value;
 
 use super::definition::Definition;
-use super::validate::Problem;
+use super::problem::Problem;
 
 /// The schema as checked in under `studies/schema.json`.
 pub fn generate() -> Value {

@@ -1,7 +1,6 @@
 //! From a study file's text to a definition, or every problem at once: JSON path, value, what is allowed.
 
 use std::collections::BTreeSet;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use cyclopean_analysis::escape;
@@ -9,24 +8,9 @@ use cyclopean_analysis::files::{self, MOST_TEXT};
 use cyclopean_analysis::journal::record::Shown;
 
 use super::definition::{ConditionSpec, Definition, Layout, OrderKind, Task};
+use super::problem::Problem;
 use super::schema;
 use super::stimulus::Catalogue;
-
-/// One thing that is wrong in a study file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Problem {
-    /// Where, such as `conditions.cross.method[1]`; empty: the file.
-    pub path: String,
-    /// What stands there and what is allowed.
-    pub what: String,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let place = if self.path.is_empty() { "the file" } else { &self.path };
-        write!(f, "{place}: {}", self.what)
-    }
-}
 
 /// A study file cannot be used.
 #[derive(Debug, thiserror::Error)]

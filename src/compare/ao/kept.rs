@@ -7,8 +7,8 @@ use chrono::{DateTime, Utc};
 use serde::{Deserialize, Serialize};
 
 use super::AoOptions;
+use super::configuration::{ORACLE_SEED, configurations, method};
 use super::report::AoScene;
-use super::run::{ORACLE_SEED, configurations, method};
 use crate::compare::CompareError;
 use crate::compare::kept::{Results, circumstances, find_at, keep_at};
 use crate::compare::sha256;

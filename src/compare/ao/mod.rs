@@ -2,6 +2,7 @@
 //! compares them: time by pass, pixels that differ visibly between the eyes, errors, the threshold, a path.
 //! Definitions are in `docs/compare.md`.
 
+mod configuration;
 mod kept;
 mod path;
 mod plots;
@@ -112,5 +113,5 @@ pub fn drawings(scene: &AoScene) -> Vec<(&'static str, String)> {
 
 /// How many frames of a scene make a round.
 pub fn configuration_count(asked: AoSettings) -> usize {
-    run::configurations(asked).len()
+    configuration::configurations(asked).len()
 }

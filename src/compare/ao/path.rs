@@ -1,7 +1,7 @@
 //! The methods along the path `sway` of the head: the seed's figure 10.
 
+use super::configuration::{Run, mean_of, places, slices, visibility};
 use super::report::{AoAlong, AoPath};
-use super::run::{Run, mean_of, places, slices, visibility};
 use crate::compare::CompareError;
 use crate::console::{Console, check_interrupted};
 use crate::metrics::ambient;

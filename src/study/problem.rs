@@ -1,0 +1,19 @@
+//! What is wrong with a study file.
+
+use std::fmt;
+
+/// One thing that is wrong in a study file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Where, such as `conditions.cross.method[1]`; empty: the file.
+    pub path: String,
+    /// What stands there and what is allowed.
+    pub what: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let place = if self.path.is_empty() { "the file" } else { &self.path };
+        write!(f, "{place}: {}", self.what)
+    }
+}
