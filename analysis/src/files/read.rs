@@ -1,20 +1,8 @@
-//! The one way to read a file, and the one way to write one.
-//!
-//! Read: regular files only, and no more of one than its reader has use for. A device can be endless and a named pipe
-//! can make its reader wait for ever; neither is opened, whatever its name or the link that leads to it. Written: whole
-//! under its final name, or not at all.
+//! Reading: regular files only, and no more of one than its reader has use for.
 
 use std::fs::{self, File, FileType, OpenOptions};
-use std::io::{self, BufRead, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
-
-use crate::parts::{Part, folder_of};
-
-/// The most bytes of a file that people write (study, manifest, language) or that describes another (side-car, rows).
-pub const MOST_TEXT: u64 = 16 << 20;
-
-/// The most bytes of a file of results or numbers, of a picture or a font.
-pub const MOST_DATA: u64 = 1 << 30;
+use std::io::{self, BufRead, Read};
+use std::path::Path;
 
 /// Opens a regular file for reading, without waiting.
 ///
@@ -124,68 +112,6 @@ pub fn lines(mut source: impl BufRead, longest: u64) -> impl Iterator<Item = io:
         over = next.is_err();
         Some(next)
     })
-}
-
-/// A file could not be written; nothing stands under its final name that was not there before.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}", path.display())]
-pub struct WriteError {
-    /// The final name.
-    pub path: PathBuf,
-    /// What the system said.
-    #[source]
-    pub source: io::Error,
-}
-
-/// Writes `path` through a temporary neighbour that is this writer's own: content synced, renamed, directory synced.
-///
-/// A crash at any moment leaves the old file or the new one, never a part; of several writers at once, the last one's.
-///
-/// # Errors
-/// [`WriteError`] with the final path when the folder is missing, full or read-only, or `fill` fails.
-pub fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
-    let written = Part::beside(path).and_then(|part| {
-        let mut out = BufWriter::new(part.file());
-        fill(&mut out)?;
-        out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
-        part.place(path)?;
-        sync_directory(folder_of(path))
-    });
-    written.map_err(|source| WriteError { path: path.to_owned(), source })
-}
-
-/// Fills a folder beside `path` and moves it there whole. One that stands there stays where `is_whole` says so: of several
-/// writers at once the first one's, whose content must be as good.
-///
-/// # Errors
-/// What `fill` says, and `path` is then as it was; or [`WriteError`].
-pub fn write_folder<E: From<WriteError>>(
-    path: &Path,
-    is_whole: impl Fn() -> bool,
-    fill: impl FnOnce(&Path) -> Result<(), E>,
-) -> Result<(), E> {
-    let error = |source| E::from(WriteError { path: path.to_owned(), source });
-    let part = Part::beside(path).map_err(error)?;
-    let folder = part.folder();
-    fs::create_dir(&folder).map_err(error)?;
-    fill(&folder)?;
-    part.place_folder(path, is_whole).and_then(|()| sync_directory(folder_of(path))).map_err(error)
-}
-
-/// [`write_whole`] for bytes in hand.
-///
-/// # Errors
-/// As [`write_whole`].
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
-    write_whole(path, |out| out.write_all(bytes))
-}
-
-/// Makes a created or renamed entry durable: on Unix the directory is synced, elsewhere the system does it.
-///
-/// # Errors
-/// What the system says.
-pub fn sync_directory(directory: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(directory)?.sync_all() } else { Ok(()) }
 }
 
 #[cfg(test)]
