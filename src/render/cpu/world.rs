@@ -151,3 +151,95 @@ impl World {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::time::Instant;
+
+    use super::super::math::{Basis, FAR};
+    use super::super::parallel::on_all_cores;
+    use super::super::random::Sequence;
+    use super::super::tree::Stack;
+    use super::*;
+
+    /// Rays from the scene's surfaces in cosine-weighted directions, as bounces and shadows have them: in no order.
+    fn rays(world: &World, count: u32) -> Vec<(Vec3A, Vec3A)> {
+        let [which, place, direction] = [0, 1, 2].map(|purpose| Sequence::of_purpose(7, purpose, 0, [0, 0]));
+        let ray = |i: u32| {
+            let [pick, _] = which.sample(i);
+            let t = &world.triangles[((pick * world.triangles.len() as f32) as usize).min(world.triangles.len() - 1)];
+            let [a, b] = place.sample(i);
+            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+            let (edge1, edge2) = (Vec3A::from(t.edge1), Vec3A::from(t.edge2));
+            let normal = edge1.cross(edge2).normalize_or(Vec3A::Y);
+            let [u, phi] = direction.sample(i);
+            let (sin, cos) = (std::f32::consts::TAU * phi).sin_cos();
+            let basis = Basis::about(normal);
+            let along = basis.x * (u.sqrt() * cos) + basis.y * (u.sqrt() * sin) + normal * (1.0 - u).sqrt();
+            (Vec3A::from(t.v0) + edge1 * a + edge2 * b + normal * 1e-3, along)
+        };
+        (0..count).map(ray).collect()
+    }
+
+    /// Figures, not verdicts: `cargo test --release --lib rays_a_second -- --ignored --nocapture`. With `CYCLOPEAN_RAYS` the
+    /// triangles and rays are written into that folder, for other tracers to be measured with.
+    #[test]
+    #[ignore = "a measurement"]
+    fn rays_a_second() {
+        for name in ["room", "temple"] {
+            let scene = Arc::new(crate::scene::load(name).expect("a built-in scene"));
+            let head = scene.views[0].stereo_camera(1.6).head();
+            let world = World::new(&Arc::new(Content::new(&scene)), &scene.places(), head);
+            let rays = rays(&world, 1_000_000);
+            if let Some(folder) = std::env::var_os("CYCLOPEAN_RAYS") {
+                let write = |what: &str, words: Vec<[f32; 3]>| {
+                    let path = std::path::Path::new(&folder).join(format!("{name}.{what}"));
+                    std::fs::File::create(path)?.write_all(bytemuck::cast_slice(&words))
+                };
+                let corners = |t: &TriangleData| {
+                    let v0 = Vec3A::from(t.v0);
+                    [v0, v0 + Vec3A::from(t.edge1), v0 + Vec3A::from(t.edge2)].map(|v| v.to_array())
+                };
+                write("triangles", world.triangles.iter().flat_map(corners).collect()).expect("written");
+                write("rays", rays.iter().flat_map(|(o, d)| [o.to_array(), d.to_array()]).collect()).expect("written");
+            }
+            for what in ["nearest", "every"] {
+                let mut best = f64::MAX;
+                let mut met = 0;
+                for _ in 0..5 {
+                    let started = Instant::now();
+                    let found = on_all_cores(
+                        rays.chunks(4096),
+                        || (0u64, Stack::new()),
+                        |(found, stack), chunk| {
+                            for &(origin, direction) in chunk {
+                                *found += match what {
+                                    "nearest" => {
+                                        u64::from(world.tree.nearest(origin, direction, stack, |_, _| true).is_some())
+                                    }
+                                    _ => {
+                                        let mut hidden = 0;
+                                        world.tree.every(origin, direction, FAR, stack, |_| {
+                                            hidden = 1;
+                                            false
+                                        });
+                                        hidden
+                                    }
+                                };
+                            }
+                        },
+                    );
+                    best = best.min(started.elapsed().as_secs_f64());
+                    met = found.iter().map(|f| f.0).sum();
+                }
+                println!(
+                    "{name}, {} triangles, {what}: {:.2} million rays a second, {met} of {} meet something",
+                    world.triangles.len(),
+                    rays.len() as f64 / best * 1e-6,
+                    rays.len()
+                );
+            }
+        }
+    }
+}
