@@ -25,7 +25,7 @@ fn by(gpu: &Rc<Gpu>, scene: &Arc<Scene>, trace: Trace, spp: u32, settings: &Sett
     let settings = Settings { trace, ..settings.clone() };
     let rendered = pictures::render(gpu, scene, &format!("path-traced@{spp}"), &settings);
     let way = if trace == Trace::Cpu { "cpu" } else { "bvh" };
-    assert_eq!(rendered.way, Some(way));
+    assert_eq!(rendered.tracer, Some(way));
     rendered
 }
 
@@ -191,7 +191,7 @@ fn cut_outs_glass_textures_and_every_kind_of_light_look_alike() {
 fn shadows_apart(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> f64 {
     let by = |trace: Trace| pictures::render(gpu, scene, "sssr", &Settings { trace, ..settings.clone() });
     let (device, cpu) = (by(Trace::Bvh), by(Trace::Cpu));
-    assert_eq!((device.way, cpu.way), (Some("bvh"), Some("cpu")));
+    assert_eq!((device.tracer, cpu.tracer), (Some("bvh"), Some("cpu")));
     let mean = values(&device.linear).map(f64::from).sum::<f64>() / values(&device.linear).count() as f64;
     let floor = (0.01 * mean) as f32;
     let pairs = device.linear.eyes.iter().flatten().zip(cpu.linear.eyes.iter().flatten());

@@ -86,7 +86,7 @@ fn a_share_of_nothing_is_the_method_without_geometry() {
     for (none, plain) in [("stereo-hybrid-0", "stereo"), ("sssr-hybrid-0", "sssr")] {
         let (a, b) = (render(&gpu, &scene, none, &small()), render(&gpu, &scene, plain, &small()));
         assert!(a.linear.eyes == b.linear.eyes, "{none}");
-        assert_eq!(a.way, None);
+        assert_eq!(a.tracer, None);
     }
 }
 
@@ -139,10 +139,10 @@ fn nothing_lost_builds_no_geometry() {
     let settings = plain_settings(96, 64);
     let rendered = render(&gpu, &scene, "stereo-hybrid", &settings);
     assert!(rendered.counters.rays > 1000 && rendered.counters.asked == 0, "{:?}", rendered.counters);
-    assert_eq!(rendered.way, None, "no ray asked, so nothing was built");
+    assert_eq!(rendered.tracer, None, "no ray asked, so nothing was built");
     assert!(rendered.passes.iter().all(|p| p.name != "trace_geometry"));
     let lost = render(&gpu, &hall(0.25), "stereo-hybrid", &settings);
-    assert!(lost.way.is_some() && lost.passes.iter().any(|p| p.name == "trace_geometry"));
+    assert!(lost.tracer.is_some() && lost.passes.iter().any(|p| p.name == "trace_geometry"));
 }
 
 #[test]
@@ -204,5 +204,5 @@ fn work_in_the_other_eye_follows_the_threshold() {
         let method = Method::parse("stereo-adaptive").expect("known");
         renderer.prepare(&camera, &method, &small()).expect("it fits")
     };
-    assert!(prepared.needs().parts().iter().any(|p| p.name == "reproject" && p.why.contains("2 %")));
+    assert!(prepared.needs().decisions().iter().any(|p| p.name == "reproject" && p.why.contains("2 %")));
 }

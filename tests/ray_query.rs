@@ -47,7 +47,7 @@ fn inside() {
         };
         // The same rays: the same hits but where rounding puts one on the other side of an edge.
         let (bvh, query) = (by(Trace::Bvh, 1, "path-traced@32"), by(Trace::RayQuery, 1, "path-traced@32"));
-        assert_eq!((bvh.way, query.way), (Some("bvh"), Some("ray-query")), "{name}");
+        assert_eq!((bvh.tracer, query.tracer), (Some("bvh"), Some("ray-query")), "{name}");
         let (a, b) = (bvh.counters.hits as f64, query.counters.hits as f64);
         assert!(a > 1e3 && (a - b).abs() < 1e-4 * a, "{name}: {a} hits by the BVH, {b} by ray queries");
         let differs = |(x, y): &(f64, f64)| (x - y).abs() > 0.01 * x.max(*y);

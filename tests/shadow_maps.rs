@@ -288,6 +288,6 @@ fn maps_are_made_where_a_light_casts_and_are_asked_for_and_drawn_once() {
     };
     // At first, not for a step, and again for a walk: the sun's inner cascade follows the head.
     assert_eq!([0.0, 0.01, 1.5].map(&mut drawn), [true, false, true]);
-    assert!(prepared.way().is_none(), "rays ask the geometry");
+    assert!(prepared.tracer().is_none(), "rays ask the geometry");
     gpu.check_validation().expect("no message");
 }

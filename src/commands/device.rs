@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use crate::console::Console;
 use crate::gpu::{Gpu, GpuError, GpuOptions, OwnDevice};
-use crate::render::method::Answer;
+use crate::render::method::HitSource;
 use crate::render::{Method, Settings, Shadows, Trace, fast_ray_queries};
 use crate::scene::Scene;
 
@@ -65,7 +65,7 @@ pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size
 /// The method with the samples asked for; on a software device the reference takes 64 unless told, which is said.
 pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, console: &Console) -> Method {
     let untold = samples.is_none() && method.samples() == 1024;
-    if untold && gpu.is_cpu() && method.parts().answer == Answer::PathTraced && !method.parts().resolved {
+    if untold && gpu.is_cpu() && method.parts().answer == HitSource::PathTraced && !method.parts().resolved {
         console.note(format!("{} is a software device: 64 paths a pixel (--spp changes it)", gpu.info().name));
         return method.with_samples(Some(64));
     }

@@ -7,7 +7,7 @@ mod table;
 use std::fmt;
 
 pub use ao::Ao;
-pub use parts::{Accumulation, Answer, Blend, HistorySource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
+pub use parts::{Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
 use table::{METHODS, RECOMMENDED_WITH_RAY_QUERIES, RECOMMENDED_WITHOUT_RAY_QUERIES};
 
 /// A condition of a study, or a peer to compare with. `NAME@N` is NAME with N rays a pixel in one ratio.

@@ -77,7 +77,7 @@ pub struct Accumulation {
 
 /// How reflection rays are answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
+pub enum HitSource {
     /// From the depth of the views.
     ScreenSpace,
     /// From the scene's geometry.
@@ -112,7 +112,7 @@ pub struct Reprojection {
 pub struct Parts {
     pub(super) name: &'static str,
     pub(super) about: &'static str,
-    pub answer: Answer,
+    pub answer: HitSource,
     /// Closed meshes are as thick as their back faces say.
     pub back_faces: bool,
     /// Rays that come back towards the eye are marched too.

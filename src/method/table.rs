@@ -1,12 +1,14 @@
 //! Every method, a row each: how to add one is in docs/contributing.md.
 
-use super::parts::{Accumulation, Answer, Blend, HistorySource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
+use super::parts::{
+    Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal,
+};
 
 /// The baseline; the others say where they differ.
 pub(super) const SSSR: Parts = Parts {
     name: "sssr",
     about: "stochastic screen-space reflections, each eye for itself (the baseline)",
-    answer: Answer::ScreenSpace,
+    answer: HitSource::ScreenSpace,
     back_faces: true,
     camera_rays: true,
     traversal: Traversal::OwnEye,
@@ -46,7 +48,7 @@ const OVER_TIME: Accumulation = Accumulation { weights: None, source: HistorySou
 const PATH_TRACED: Parts = Parts {
     name: "path-traced",
     about: "the reference: rays through the scene's geometry",
-    answer: Answer::PathTraced,
+    answer: HitSource::PathTraced,
     back_faces: false,
     samples: 1024,
     ..SSSR

@@ -12,7 +12,7 @@ use crate::scene::EyeCamera;
 
 /// A frame's squared error and its parts, linear radiance squared, mean over pixels and channels.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Parts {
+pub struct ErrorParts {
     pub mse: f64,
     /// May fall below 0 by chance where there is hardly any.
     pub bias2: f64,
@@ -20,7 +20,7 @@ pub struct Parts {
 }
 
 /// The parts over the pixels of a mask; `None` where it holds none.
-pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]) -> Option<Parts> {
+pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]) -> Option<ErrorParts> {
     let (mut bias2, mut variance, mut n) = (0.0, 0.0, 0.0);
     for i in (0..mask.len()).filter(|i| mask[*i]) {
         for c in 0..3 {
@@ -31,7 +31,7 @@ pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]
             n += 1.0;
         }
     }
-    (n > 0.0).then(|| Parts { mse: (bias2 + variance) / n, bias2: bias2 / n, variance: variance / n })
+    (n > 0.0).then(|| ErrorParts { mse: (bias2 + variance) / n, bias2: bias2 / n, variance: variance / n })
 }
 
 /// One eye of a frame: where it was, what it saw, and where the instances stood.

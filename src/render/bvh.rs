@@ -27,7 +27,7 @@ use super::upload::{Range, SceneResources};
 pub const EXCHANGED: u32 = 1 << 31;
 
 /// How rays find what they hit.
-pub enum Way {
+pub enum Structure {
     /// Nodes of the BVH.
     Bvh(Image),
     RayQuery(Box<RayStructure>),
@@ -36,7 +36,7 @@ pub enum Way {
 /// Geometry for rays, relative to `head`.
 pub struct RayScene {
     pub head: DVec3,
-    pub way: Way,
+    pub structure: Structure,
     pub triangles: Image,
     pub textures: Buffer,
     pub texels: Buffer,
@@ -62,10 +62,10 @@ impl RayScene {
         trace: Trace,
     ) -> Result<RayScene, GpuError> {
         let triangles = world_triangles(scene, places, ranges, head);
-        let (way, mut triangles) = match trace {
+        let (structure, mut triangles) = match trace {
             Trace::RayQuery => {
                 let (structure, triangles) = ray_structure::build(gpu, &triangles)?;
-                (Way::RayQuery(Box::new(structure)), triangles)
+                (Structure::RayQuery(Box::new(structure)), triangles)
             }
             Trace::Auto | Trace::Cpu if takes_ray_query(gpu, trace) => {
                 return Self::new(gpu, (scene, places), ranges, head, Trace::RayQuery);
@@ -73,7 +73,7 @@ impl RayScene {
             Trace::Auto | Trace::Cpu | Trace::Bvh => {
                 let (nodes, order) = build(&triangles);
                 let nodes = upload_rows(gpu, "BVH nodes", &nodes)?;
-                (Way::Bvh(nodes), order.iter().map(|&i| triangles[i as usize]).collect())
+                (Structure::Bvh(nodes), order.iter().map(|&i| triangles[i as usize]).collect())
             }
         };
         if triangles.is_empty() {
@@ -83,7 +83,7 @@ impl RayScene {
         let (textures, texels, halvings) = pack_textures(&scene.textures, gpu.max_storage_bytes());
         Ok(RayScene {
             head,
-            way,
+            structure,
             triangles: upload_rows(gpu, "BVH triangles", &triangles)?,
             textures: Buffer::with_content(gpu, "textures for hits", &textures)?,
             texels: Buffer::with_content(gpu, "texels for hits", &texels)?,
@@ -110,23 +110,23 @@ fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
 
 impl RayScene {
     /// `bvh` or `ray-query`.
-    pub fn way_name(&self) -> &'static str {
-        match self.way {
-            Way::Bvh(_) => "bvh",
-            Way::RayQuery(_) => "ray-query",
+    pub fn structure_name(&self) -> &'static str {
+        match self.structure {
+            Structure::Bvh(_) => "bvh",
+            Structure::RayQuery(_) => "ray-query",
         }
     }
 
     /// Whether it is what `trace` asks for on this device.
     pub fn answers(&self, gpu: &Gpu, trace: Trace) -> bool {
-        takes_ray_query(gpu, trace) == matches!(self.way, Way::RayQuery(_))
+        takes_ray_query(gpu, trace) == matches!(self.structure, Structure::RayQuery(_))
     }
 
     /// A shader in the variant that asks what is bound.
     pub fn variant(&self, bvh: &'static Shader, ray_query: &'static Shader) -> &'static Shader {
-        match self.way {
-            Way::Bvh(_) => bvh,
-            Way::RayQuery(_) => ray_query,
+        match self.structure {
+            Structure::Bvh(_) => bvh,
+            Structure::RayQuery(_) => ray_query,
         }
     }
 
@@ -158,9 +158,9 @@ impl RayScene {
         resources: &'f SceneResources,
         context: &'f Context,
     ) -> Dispatch<'f> {
-        let chain = match &self.way {
-            Way::Bvh(nodes) => chain.sampled(nodes, &context.nearest),
-            Way::RayQuery(structure) => chain.structure(&structure.top),
+        let chain = match &self.structure {
+            Structure::Bvh(nodes) => chain.sampled(nodes, &context.nearest),
+            Structure::RayQuery(structure) => chain.structure(&structure.top),
         };
         chain
             .sampled(&self.triangles, &context.nearest)

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use crate::scene::{Eye, Scene, StereoCamera};
 
-use super::method::Answer;
+use super::method::HitSource;
 use super::needs::Needs;
 use super::{Method, Settings, cpu, shaders};
 
@@ -28,7 +28,7 @@ pub fn identity(
     });
     let parts = method.parts();
     // Ambient occlusion may ask the views.
-    let reference = parts.answer == Answer::PathTraced && !parts.resolved && settings.ao.is_off();
+    let reference = parts.answer == HitSource::PathTraced && !parts.resolved && settings.ao.is_off();
     let mut identity = serde_json::json!({
         "scene": scene.content_sha256,
         "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },

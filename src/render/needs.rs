@@ -5,7 +5,7 @@
 use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
 use super::method::Ao;
-use super::method::{Answer, Blend, Method, Reuse, Traversal};
+use super::method::{Blend, HitSource, Method, Reuse, Traversal};
 use super::settings::{Settings, ShadingReuse, Shadows};
 
 /// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
@@ -13,14 +13,14 @@ pub const RIM_RAYS: u32 = 6;
 
 /// A pass (or a part of one) and why it runs or not.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct Part {
+pub struct PassDecision {
     pub name: &'static str,
     #[serde(skip)]
     pub runs: bool,
     pub why: String,
 }
 
-/// The parts of a frame.
+/// The decisions of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Needs {
     /// Some material emits.
@@ -69,7 +69,7 @@ pub struct Needs {
     pub blend_by_variance: bool,
     /// How the visibility of the surroundings is found.
     pub ao: Ao,
-    parts: Vec<Part>,
+    decisions: Vec<PassDecision>,
 }
 
 impl Needs {
@@ -87,107 +87,117 @@ impl Needs {
         let (lost_share, reuse) = (method.lost_share(), settings.reuse(method));
         let weber = method.weber_share();
         let method = method.parts();
-        let screen = method.answer == Answer::ScreenSpace;
+        let screen = method.answer == HitSource::ScreenSpace;
         let resolve = screen || method.resolved;
         let fallback = settings.fallback(scene);
 
-        let mut parts = Parts { all, list: Vec::new() };
-        parts.always("gbuffer");
-        let emission = parts.add("emission", emission, "a material emits", "no material in the scene emits");
-        let mask = parts.add("cut-outs", mask, "a material is cut out", "no material in the scene is cut out");
+        let mut decisions = Decisions { all, list: Vec::new() };
+        decisions.always("gbuffer");
+        let emission = decisions.add("emission", emission, "a material emits", "no material in the scene emits");
+        let mask = decisions.add("cut-outs", mask, "a material is cut out", "no material in the scene is cut out");
         let back_faces = if screen && method.back_faces {
             let no = if rays { "no mesh in the scene is closed" } else { "no surface traces a ray" };
-            parts.add("backface", rays && closed, "closed meshes bound the rays", no)
+            decisions.add("backface", rays && closed, "closed meshes bound the rays", no)
         } else {
-            parts.never("backface", "the method does not use back faces")
+            decisions.never("backface", "the method does not use back faces")
         };
         let casts = scene.lights.iter().any(|l| l.casts_shadow && !scene.instances.is_empty());
-        let (shadows, shadow_maps) = shadows(&mut parts, settings, casts);
+        let (shadows, shadow_maps) = shadows(&mut decisions, settings, casts);
         let indirect = if settings.indirect {
-            parts.needed("indirect", !scene.instances.is_empty(), "surfaces light each other", "there is no surface")
+            decisions.needed(
+                "indirect",
+                !scene.instances.is_empty(),
+                "surfaces light each other",
+                "there is no surface",
+            )
         } else {
-            parts.never("indirect", "indirect light was not asked for")
+            decisions.never("indirect", "indirect light was not asked for")
         };
-        let shading_reuse = shading_reuse(&mut parts, scene, (shadows, shadow_maps), (screen, settings));
-        ambient_occlusion(&mut parts, settings.ao.method);
-        parts.always("lighting");
-        let rays = parts.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
+        let shading_reuse = shading_reuse(&mut decisions, scene, (shadows, shadow_maps), (screen, settings));
+        ambient_occlusion(&mut decisions, settings.ao.method);
+        decisions.always("lighting");
+        let rays = decisions.add("classify", rays, "surfaces reflect", "every surface is too rough for a ray");
         for name in ["depth_pyramid", "trace"] {
             if screen {
-                parts.add(name, rays, "rays are marched through the views", "no surface traces a ray");
+                decisions.add(name, rays, "rays are marched through the views", "no surface traces a ray");
             } else {
-                parts.never(name, "the method asks the scene's geometry");
+                decisions.never(name, "the method asks the scene's geometry");
             }
         }
         if resolve {
-            parts.add("resolve", rays, "neighbours share their rays", "no surface traces a ray");
+            decisions.add("resolve", rays, "neighbours share their rays", "no surface traces a ray");
         } else {
-            parts.never("resolve", "each pixel averages its own paths");
+            decisions.never("resolve", "each pixel averages its own paths");
         }
         let probe = match (screen, fallback) {
             (true, Fallback::Probe) => {
-                parts.needed("probe", rays, "unknown rays see the scene's probe", "no surface traces a ray")
+                decisions.needed("probe", rays, "unknown rays see the scene's probe", "no surface traces a ray")
             }
-            _ => parts.never("probe", "nothing falls back to a probe"),
+            _ => decisions.never("probe", "nothing falls back to a probe"),
         };
         for (name, runs) in [("path_trace", !method.resolved), ("path_rays", method.resolved)] {
             if screen {
-                parts.never(name, "the method asks the views");
+                decisions.never(name, "the method asks the views");
             } else if runs {
-                parts.add(name, rays, "rays go through the scene's geometry", "no surface traces a ray");
+                decisions.add(name, rays, "rays go through the scene's geometry", "no surface traces a ray");
             } else {
-                parts.never(name, "the method's rays take the other way to the picture");
+                decisions.never(name, "the method's rays take the other way to the picture");
             }
         }
         let accumulation = method.accumulation.filter(|_| resolve);
         let motion = accumulation.is_some() && !scene.motions.is_empty();
         let motion = match accumulation {
             Some(_) => {
-                parts.needed("motion", motion, "something moves by itself", "nothing in the scene moves by itself")
+                decisions.needed("motion", motion, "something moves by itself", "nothing in the scene moves by itself")
             }
-            None => parts.never("motion", "the method looks back to no frame"),
+            None => decisions.never("motion", "the method looks back to no frame"),
         };
         if method.traversal == Traversal::TwoStages {
-            parts.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
+            decisions.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
         } else {
-            parts.never("trace_other_eye", "the method keeps each ray in its own eye's view");
+            decisions.never("trace_other_eye", "the method keeps each ray in its own eye's view");
         }
         let geometry = screen && lost_share > 0.0;
         if geometry {
             let why = format!("{:.0} % of the rays that the views lose ask the geometry", 100.0 * lost_share);
-            parts.add("trace_geometry", rays, &why, "no surface traces a ray");
+            decisions.add("trace_geometry", rays, &why, "no surface traces a ray");
         } else {
-            parts.never("trace_geometry", "what the views lose is not looked for in the geometry");
+            decisions.never("trace_geometry", "what the views lose is not looked for in the geometry");
         }
         let by_variance = method.reprojection.is_some_and(|r| r.blend == Blend::Variance) && reuse == Reuse::Balance;
         let moments = by_variance || weber.is_some() || accumulation.is_some();
         if moments {
             let why = "eyes or frames are compared by the variance of what each knows";
-            parts.add("moments", rays, why, "no surface traces a ray");
+            decisions.add("moments", rays, why, "no surface traces a ray");
         } else {
-            parts.never("moments", "nothing asks for the variance of what an eye knows");
+            decisions.never("moments", "nothing asks for the variance of what an eye knows");
         }
         if let Some(weber) = weber {
             let why = format!("only where the eyes may differ by more than {} %", 100.0 * weber);
-            parts.add("reproject", rays, &why, "no surface traces a ray");
+            decisions.add("reproject", rays, &why, "no surface traces a ray");
         } else if method.reprojection.is_some() {
-            parts.add("reproject", rays, "the other eye knows of the same reflection", "no surface traces a ray");
+            decisions.add("reproject", rays, "the other eye knows of the same reflection", "no surface traces a ray");
         } else {
-            parts.never("reproject", "the method resolves each eye for itself");
+            decisions.never("reproject", "the method resolves each eye for itself");
         }
         if accumulation.is_some() {
-            parts.add("accumulate", rays, "the frames before knew of the same reflection", "no surface traces a ray");
+            decisions.add(
+                "accumulate",
+                rays,
+                "the frames before knew of the same reflection",
+                "no surface traces a ray",
+            );
         } else {
-            parts.never("accumulate", "the method takes each frame for itself");
+            decisions.never("accumulate", "the method takes each frame for itself");
         }
         if settings.antialias > 1 {
             let side = settings.antialias;
-            parts.add("antialias", true, &format!("surfaces are drawn with {side}×{side} samples a pixel"), "");
+            decisions.add("antialias", true, &format!("surfaces are drawn with {side}×{side} samples a pixel"), "");
         } else {
-            parts.never("antialias", "it was not asked for");
+            decisions.never("antialias", "it was not asked for");
         }
-        parts.always("composite");
-        let parts = parts.list;
+        decisions.always("composite");
+        let decisions = decisions.list;
         Needs {
             emission,
             mask,
@@ -212,7 +222,7 @@ impl Needs {
             motion: motion && rays,
             blend_by_variance: by_variance && rays,
             ao: settings.ao.method,
-            parts,
+            decisions,
         }
     }
 
@@ -220,7 +230,7 @@ impl Needs {
     pub fn with_paths_on_the_cpu(mut self) -> Needs {
         self.cpu_paths = self.path_trace && !self.resolve;
         if self.cpu_paths
-            && let Some(part) = self.parts.iter_mut().find(|p| p.name == "path_trace")
+            && let Some(part) = self.decisions.iter_mut().find(|p| p.name == "path_trace")
         {
             part.why.push_str(", traced by the processor");
         }
@@ -232,14 +242,14 @@ impl Needs {
     pub fn with_shadows_on_the_cpu(mut self, reuse: ShadingReuse) -> Needs {
         if self.shadow_rays() && self.shading_reuse && reuse == ShadingReuse::Auto {
             self.shading_reuse = false;
-            if let Some(part) = self.parts.iter_mut().find(|p| p.name == "shading_reuse") {
+            if let Some(part) = self.decisions.iter_mut().find(|p| p.name == "shading_reuse") {
                 part.runs = false;
                 part.why = "the processor finds the shadows sooner than the device looks into the left eye".to_owned();
             }
         }
         self.cpu_shadows = self.shadow_rays() && !self.shading_reuse;
         if self.cpu_shadows
-            && let Some(part) = self.parts.iter_mut().find(|p| p.name == "shadows")
+            && let Some(part) = self.decisions.iter_mut().find(|p| p.name == "shadows")
         {
             part.why.push_str(", traced by the processor");
         }
@@ -285,28 +295,28 @@ impl Needs {
     }
 
     /// Every part in order.
-    pub fn parts(&self) -> &[Part] {
-        &self.parts
+    pub fn decisions(&self) -> &[PassDecision] {
+        &self.decisions
     }
 
     /// What was left out and why.
-    pub fn left_out(&self) -> Vec<Part> {
-        self.parts.iter().filter(|p| !p.runs).cloned().collect()
+    pub fn left_out(&self) -> Vec<PassDecision> {
+        self.decisions.iter().filter(|p| !p.runs).cloned().collect()
     }
 }
 
 /// Whether lights cast shadows, and whether those on the views are found in maps.
-fn shadows(parts: &mut Parts, settings: &Settings, casts: bool) -> (bool, bool) {
+fn shadows(decisions: &mut Decisions, settings: &Settings, casts: bool) -> (bool, bool) {
     const WAYS: [(&str, Shadows, &str); 2] =
         [("shadows", Shadows::Rays, "by rays"), ("shadow_maps", Shadows::Maps, "in maps drawn from the lights")];
     for (name, way, how) in WAYS {
         if !settings.shadows {
-            parts.never(name, "shadows are switched off");
+            decisions.never(name, "shadows are switched off");
         } else if settings.shadows_by != way {
-            parts.never(name, &format!("shadows are not looked for {how}"));
+            decisions.never(name, &format!("shadows are not looked for {how}"));
         } else {
             let yes = format!("lights cast shadows, which are found {how}");
-            parts.needed(name, casts, &yes, "no light in the scene casts a shadow");
+            decisions.needed(name, casts, &yes, "no light in the scene casts a shadow");
         }
     }
     let shadows = settings.shadows && casts;
@@ -320,7 +330,7 @@ const LIGHTS_THAT_PAY: usize = 16;
 
 /// Not forced either: shared shading is another picture, within a bound.
 fn shading_reuse(
-    parts: &mut Parts,
+    decisions: &mut Decisions,
     scene: &Scene,
     (shadows, maps): (bool, bool),
     (screen, settings): (bool, &Settings),
@@ -332,24 +342,24 @@ fn shading_reuse(
         false => 0,
     };
     match settings.shading_reuse {
-        ShadingReuse::Off => parts.never(name, "each eye is lit in full"),
-        _ if !screen => parts.never(name, "rays through the geometry take nothing from the other eye"),
-        _ if maps => parts.never(name, "a shadow map is looked up as quickly as the left eye"),
-        _ if lights == 0 || scene.instances.is_empty() => parts.never(name, "there is no light or no surface"),
-        ShadingReuse::Always => parts.needed(name, true, "it was asked for, whether it pays or not", ""),
+        ShadingReuse::Off => decisions.never(name, "each eye is lit in full"),
+        _ if !screen => decisions.never(name, "rays through the geometry take nothing from the other eye"),
+        _ if maps => decisions.never(name, "a shadow map is looked up as quickly as the left eye"),
+        _ if lights == 0 || scene.instances.is_empty() => decisions.never(name, "there is no light or no surface"),
+        ShadingReuse::Always => decisions.needed(name, true, "it was asked for, whether it pays or not", ""),
         ShadingReuse::Auto if rays > 0 => {
             let yes = format!("{rays} rays a pixel cost more than looking into the left eye");
             let no = format!(
                 "{rays} rays a pixel cost less than looking into the left eye; it pays from {RAYS_THAT_PAY} on"
             );
-            parts.needed(name, rays >= RAYS_THAT_PAY, &yes, &no)
+            decisions.needed(name, rays >= RAYS_THAT_PAY, &yes, &no)
         }
         ShadingReuse::Auto => {
             let yes = format!("{lights} lights cost more than looking into the left eye");
             let no = format!(
                 "{lights} lights without shadows cost less than looking into the left eye; it pays from {LIGHTS_THAT_PAY} on"
             );
-            parts.needed(name, lights >= LIGHTS_THAT_PAY, &yes, &no)
+            decisions.needed(name, lights >= LIGHTS_THAT_PAY, &yes, &no)
         }
     }
 }
@@ -360,13 +370,13 @@ fn rays_to(light: &Light) -> usize {
 }
 
 /// Not forced either: what is not occluded is another picture than what is.
-fn ambient_occlusion(parts: &mut Parts, ao: Ao) {
+fn ambient_occlusion(decisions: &mut Decisions, ao: Ao) {
     let mut part = |name, needed, yes: &str| {
         let no = match ao {
             Ao::None => "ambient light is not occluded".to_owned(),
             other => format!("`{}` does without", other.name()),
         };
-        parts.needed(name, needed, yes, &no);
+        decisions.needed(name, needed, yes, &no);
     };
     part("ao_rays", ao == Ao::RayTraced, "rays find what hides the surroundings");
     part("ao_pairs", ao.is_stereo(), "both eyes have a say in what hides the surroundings");
@@ -379,12 +389,12 @@ fn ambient_occlusion(parts: &mut Parts, ao: Ao) {
 }
 
 /// Collects what is decided.
-struct Parts {
+struct Decisions {
     all: bool,
-    list: Vec<Part>,
+    list: Vec<PassDecision>,
 }
 
-impl Parts {
+impl Decisions {
     /// Runs when it is needed, or when every pass is forced on.
     fn add(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
         let why = match (needed, self.all) {
@@ -393,23 +403,23 @@ impl Parts {
             (false, true) => format!("forced on, though {no}"),
         };
         let runs = needed || self.all;
-        self.list.push(Part { name, runs, why });
+        self.list.push(PassDecision { name, runs, why });
         runs
     }
 
     /// Runs when it is needed; forcing it on would bring nothing that is looked at.
     fn needed(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
-        self.list.push(Part { name, runs: needed, why: if needed { yes } else { no }.to_owned() });
+        self.list.push(PassDecision { name, runs: needed, why: if needed { yes } else { no }.to_owned() });
         needed
     }
 
     fn always(&mut self, name: &'static str) {
-        self.list.push(Part { name, runs: true, why: "every frame".to_owned() });
+        self.list.push(PassDecision { name, runs: true, why: "every frame".to_owned() });
     }
 
     /// Not forced either: the method is defined without it.
     fn never(&mut self, name: &'static str, why: &str) -> bool {
-        self.list.push(Part { name, runs: false, why: why.to_owned() });
+        self.list.push(PassDecision { name, runs: false, why: why.to_owned() });
         false
     }
 }

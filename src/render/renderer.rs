@@ -22,7 +22,7 @@ use super::framing::Framing;
 use super::lazy_rays::LazyRays;
 use super::method::Ao;
 use super::method::Method;
-use super::needs::{Needs, Part};
+use super::needs::{Needs, PassDecision};
 use super::prepared::{Prepared, Shared};
 use super::probe::probe;
 use super::settings::Settings;
@@ -48,14 +48,14 @@ pub struct Rendered {
     pub frame_ms: Vec<f64>,
     /// Of one frame.
     pub counters: Counts,
-    pub parts: Vec<Part>,
-    pub left_out: Vec<Part>,
+    pub parts: Vec<PassDecision>,
+    pub left_out: Vec<PassDecision>,
     /// Rays or paths a pixel.
     pub samples: u32,
     /// What was rendered: the method that was asked for, or the one that it stands for on this device.
     pub method: String,
     /// How rays through the geometry found what they hit: `bvh`, `ray-query` or, of the reference's paths, `cpu`.
-    pub way: Option<&'static str>,
+    pub tracer: Option<&'static str>,
 }
 
 /// What to render.
@@ -276,11 +276,11 @@ impl Renderer {
             passes: medians(&times),
             frame_ms,
             counters,
-            parts: prepared.needs().parts().to_vec(),
+            parts: prepared.needs().decisions().to_vec(),
             left_out: prepared.needs().left_out(),
             samples: method.samples(),
             method: prepared.method().to_string(),
-            way: prepared.way(),
+            tracer: prepared.tracer(),
         };
         // After the last submission, so that a message about the reading counts too.
         self.gpu.check_validation()?;

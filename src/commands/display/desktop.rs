@@ -7,7 +7,7 @@ use winit::keyboard::{Key, NamedKey};
 use super::shared::{self, FLICKER, Found, GROUND, WHICH_WORD};
 use crate::console::{Console, check_interrupted};
 use crate::display::content::Content;
-use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage};
+use crate::display::desktop::{Composition, DesktopOptions, Happened, Picture, Stage};
 use crate::display::intervals::Intervals;
 use crate::display::panel::{Corner, Note, Panel, View};
 use crate::gpu::Image;
@@ -86,7 +86,7 @@ impl Test {
     }
 
     fn compose(&self, words: &Image, patch: Option<f32>) -> anyhow::Result<()> {
-        let parts = Parts {
+        let parts = Composition {
             mode: self.options.mode,
             picture: Picture::None,
             place: [0; 4],

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use winit::keyboard::{Key, NamedKey};
 
-use super::fly::{Fly, Way};
+use super::fly::{Direction, Fly};
 use crate::commands::device::{self, Size};
 use crate::console::{Console, check_interrupted};
-use crate::display::desktop::{DesktopOptions, Happened, Parts, Picture, Stage, fit};
+use crate::display::desktop::{Composition, DesktopOptions, Happened, Picture, Stage, fit};
 use crate::display::panel::{Corner, Note, Panel};
 use crate::gpu::{Gpu, Image};
 use crate::render::{Method, Prepared, Renderer};
@@ -107,13 +107,13 @@ impl Live {
         match happened {
             Happened::Key { key, modifiers, is_repeat } => {
                 self.fly.is_fast = modifiers.shift_key();
-                match way(&key) {
+                match direction(&key) {
                     Some(way) => self.fly.hold(way, true),
                     None => self.press(&key, is_repeat),
                 }
             }
             Happened::KeyUp(key) => {
-                if let Some(way) = way(&key) {
+                if let Some(way) = direction(&key) {
                     self.fly.hold(way, false);
                 }
                 if key == Key::Named(NamedKey::Shift) {
@@ -206,7 +206,7 @@ impl Live {
         };
         self.panel.write([notes, notes], [0.0; 4], &words)?;
         let place = fit(view_px, (size.width, size.height), u32::MAX, 0);
-        stage.compose(&Parts {
+        stage.compose(&Composition {
             mode: self.options.mode,
             picture: Picture::Stereo { image: prepared.display_image(), is_encoded: true },
             place,
@@ -220,15 +220,15 @@ impl Live {
     }
 }
 
-fn way(key: &Key) -> Option<Way> {
+fn direction(key: &Key) -> Option<Direction> {
     let Key::Character(c) = key else { return None };
     Some(match c.to_lowercase().as_str() {
-        "w" => Way::Forward,
-        "s" => Way::Back,
-        "a" => Way::Left,
-        "d" => Way::Right,
-        "e" => Way::Up,
-        "q" => Way::Down,
+        "w" => Direction::Forward,
+        "s" => Direction::Back,
+        "a" => Direction::Left,
+        "d" => Direction::Right,
+        "e" => Direction::Up,
+        "q" => Direction::Down,
         _ => return None,
     })
 }

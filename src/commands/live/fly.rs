@@ -8,7 +8,7 @@ use crate::scene::View;
 
 /// What a key does while it is down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Way {
+pub enum Direction {
     Forward,
     Back,
     Left,
@@ -32,7 +32,7 @@ pub struct Fly {
     /// Radians: to the left, up.
     yaw: f64,
     pitch: f64,
-    held: BTreeSet<Way>,
+    held: BTreeSet<Direction>,
     pub is_fast: bool,
 }
 
@@ -43,11 +43,11 @@ impl Fly {
         Fly { view: view.clone(), yaw, pitch, held: BTreeSet::new(), is_fast: false }
     }
 
-    pub fn hold(&mut self, way: Way, is_held: bool) {
+    pub fn hold(&mut self, direction: Direction, is_held: bool) {
         if is_held {
-            self.held.insert(way)
+            self.held.insert(direction)
         } else {
-            self.held.remove(&way)
+            self.held.remove(&direction)
         };
     }
 
@@ -64,10 +64,12 @@ impl Fly {
 
     /// True: it has moved.
     pub fn step(&mut self, seconds: f64) -> bool {
-        let way = |to: Way, back: Way| f64::from(self.held.contains(&to)) - f64::from(self.held.contains(&back));
+        let way =
+            |to: Direction, back: Direction| f64::from(self.held.contains(&to)) - f64::from(self.held.contains(&back));
         let level = DQuat::from_rotation_y(self.yaw);
-        let along = level * DVec3::new(way(Way::Right, Way::Left), 0.0, way(Way::Back, Way::Forward));
-        let step = along + DVec3::Y * way(Way::Up, Way::Down);
+        let along =
+            level * DVec3::new(way(Direction::Right, Direction::Left), 0.0, way(Direction::Back, Direction::Forward));
+        let step = along + DVec3::Y * way(Direction::Up, Direction::Down);
         let speed = if self.is_fast { RUN * WALK } else { WALK };
         self.view.position += step.normalize_or_zero() * speed * seconds;
         step != DVec3::ZERO
@@ -97,7 +99,7 @@ mod tests {
         fly.turn([0.0, 0.0]);
         assert!(fly.view().world_from_view.angle_between(view.world_from_view) < 1e-6);
         assert!(!fly.step(1.0));
-        fly.hold(Way::Forward, true);
+        fly.hold(Direction::Forward, true);
         assert!(fly.step(2.0));
         let ahead = view.world_from_view * DVec3::NEG_Z;
         assert!((fly.view().position - 2.0 * ahead).length() < 1e-9);

@@ -75,7 +75,7 @@ fn measure(
         thresholds,
         ray_traced: Oracle {
             ms: total(&passes),
-            trace: oracle.way().map(str::to_owned),
+            trace: oracle.tracer().map(str::to_owned),
             inconsistency: ambient::inconsistency(&pairs, slices(&truth)),
             mean_visibility: mean(truth.iter().flatten().map(|v| f64::from(*v))),
         },

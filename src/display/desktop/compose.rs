@@ -44,7 +44,7 @@ pub enum Picture<'a> {
 }
 
 /// One window's picture.
-pub struct Parts<'a> {
+pub struct Composition<'a> {
     pub mode: Mode,
     pub picture: Picture<'a>,
     /// x, y, width, height within an eye's view, pixels; see [`fit`].
@@ -99,7 +99,7 @@ impl Composer {
 
     /// # Errors
     /// What Vulkan said.
-    pub fn compose(&self, parts: &Parts<'_>, into: &Image) -> Result<(), GpuError> {
+    pub fn compose(&self, parts: &Composition<'_>, into: &Image) -> Result<(), GpuError> {
         let (width, height) = into.extent();
         let (kind, still, reference, eye, is_encoded) = match parts.picture {
             Picture::None => (0, parts.words, parts.words, 0, false),

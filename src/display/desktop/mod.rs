@@ -21,7 +21,7 @@ use super::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
 use crate::gpu::Image;
 use crate::study::protocol::{Event, Input, Screen};
 
-pub use compose::{Composer, Parts, Picture, fit};
+pub use compose::{Composer, Composition, Picture, fit};
 pub use options::{DesktopOptions, Mode};
 pub use pacer::Pacer;
 pub use shell::{Happened, MonitorInfo, ShellError, monitors};
@@ -197,7 +197,7 @@ impl Desktop {
         let most = (content.quad_deg * f64::from(self.options.px_per_degree)) as u32;
         let place = fit(eye_view, shape, most.max(16), Written::letter_px(content, &self.options));
         let is_stimulus = matches!(self.screen, Screen::Stimulus { .. });
-        let parts = Parts {
+        let parts = Composition {
             mode: self.options.mode,
             picture,
             place,

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use super::compose::{Composer, Parts};
+use super::compose::{Composer, Composition};
 use super::options::DesktopOptions;
 use super::pacer::Pacer;
 use super::shell::{Happened, MonitorInfo, Shell, ShellError};
@@ -271,7 +271,7 @@ impl Stage {
 
     /// # Errors
     /// What Vulkan said.
-    pub fn compose(&self, parts: &Parts<'_>) -> Result<(), StageError> {
+    pub fn compose(&self, parts: &Composition<'_>) -> Result<(), StageError> {
         match &self.picture {
             Some(picture) => Ok(self.composer.compose(parts, picture)?),
             None => Ok(()),

@@ -8,7 +8,7 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use super::{Seen, Told};
 use crate::display::StimulusFiles;
 use crate::display::content::{Content, Words};
-use crate::display::desktop::{DesktopOptions, Happened, Mode, Parts, Picture, Stage, StageError, fit};
+use crate::display::desktop::{Composition, DesktopOptions, Happened, Mode, Picture, Stage, StageError, fit};
 use crate::display::panel::{Corner, Note, Panel};
 use crate::gpu::{Image, ImageDesc};
 use crate::study::protocol::{Input, Screen};
@@ -213,7 +213,7 @@ impl Window<'_> {
             _ => Picture::None,
         };
         let shape = self.still.as_ref().map_or((16, 9), |(_, image)| image.extent());
-        self.stage.compose(&Parts {
+        self.stage.compose(&Composition {
             mode: Mode::LeftEye,
             picture,
             place: fit((width, height), shape, width, 70),

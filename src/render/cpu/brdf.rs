@@ -54,10 +54,10 @@ fn cap_bound(i: Vec3A, alpha: f32) -> f32 {
 pub struct Reflector {
     surface: Surface,
     v: Vec3A,
-    way: Way,
+    scattering: Scattering,
 }
 
-enum Way {
+enum Scattering {
     /// One direction, weighted by Fresnel alone.
     Mirror(Ray),
     Lobe(Lobe),
@@ -88,8 +88,8 @@ impl Reflector {
     /// Surfaces below `delta_roughness` are mirrors.
     pub fn new(surface: Surface, v: Vec3A, delta_roughness: f32) -> Reflector {
         let n = surface.normal;
-        let way = if surface.roughness < delta_roughness {
-            Way::Mirror(Ray { direction: reflect(-v, n), weight: schlick(surface.f0, n.dot(v)) })
+        let scattering = if surface.roughness < delta_roughness {
+            Scattering::Mirror(Ray { direction: reflect(-v, n), weight: schlick(surface.f0, n.dot(v)) })
         } else {
             let alpha = square(surface.roughness);
             let basis = Basis::about(n);
@@ -97,18 +97,18 @@ impl Reflector {
             let i_std = Vec3A::new(i.x * alpha, i.y * alpha, i.z).normalize();
             let k = cap_bound(i, alpha);
             let t = Vec3A::new(alpha * i.x, alpha * i.y, i.z).length();
-            Way::Lobe(Lobe { alpha, basis, i, i_std, b: k * i_std.z, scale: (2.0 * (k * i.z + t)).max(1e-12) })
+            Scattering::Lobe(Lobe { alpha, basis, i, i_std, b: k * i_std.z, scale: (2.0 * (k * i.z + t)).max(1e-12) })
         };
-        Reflector { surface, v, way }
+        Reflector { surface, v, scattering }
     }
 
     /// The ray of two random numbers; `None` below the horizon of the surface or of its triangle, where the sample counts as
     /// zero.
     pub fn ray(&self, u: [f32; 2]) -> Option<Ray> {
         let above = |d: Vec3A| d.dot(self.surface.normal) > 0.0 && d.dot(self.surface.face_normal) > 0.0;
-        match &self.way {
-            Way::Mirror(ray) => above(ray.direction).then_some(*ray),
-            Way::Lobe(lobe) => {
+        match &self.scattering {
+            Scattering::Mirror(ray) => above(ray.direction).then_some(*ray),
+            Scattering::Lobe(lobe) => {
                 let o = lobe.sample(u);
                 let direction = lobe.basis.from_local(o).normalize();
                 if !above(direction) {

@@ -29,7 +29,7 @@ pub use path_trace::{KeptPixel, Sums};
 pub(super) use shadows::CpuShadows;
 pub(super) use world::{Content, World};
 
-use super::method::{Answer, Method};
+use super::method::{HitSource, Method};
 use super::settings::Trace;
 
 /// Changes with every change of this folder that changes a picture: part of its address.
@@ -38,7 +38,7 @@ pub const VERSION: u32 = 2;
 /// Whether the processor traces a method's paths, on a device of this kind (see `DeviceInfo::kind`).
 pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
     let parts = method.parts();
-    let is_reference = parts.answer == Answer::PathTraced && !parts.resolved;
+    let is_reference = parts.answer == HitSource::PathTraced && !parts.resolved;
     is_reference && serves(trace, device_kind)
 }
 

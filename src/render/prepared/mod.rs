@@ -253,7 +253,7 @@ impl Prepared {
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`, and `cpu` where the processor traces the
     /// reference's or those of the views' shadows; `None` where no ray asks it.
-    pub fn way(&self) -> Option<&'static str> {
+    pub fn tracer(&self) -> Option<&'static str> {
         if self.needs.cpu_paths || self.needs.cpu_shadows {
             return Some("cpu");
         }
@@ -261,7 +261,7 @@ impl Prepared {
             let needs = &self.needs;
             needs.path_trace || needs.probe || needs.shadow_rays() || needs.indirect || needs.ao == Ao::RayTraced
         });
-        asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::way_name)
+        asked.or(self.trace_geometry.get().map(TraceGeometryPass::rays)).map(RayScene::structure_name)
     }
 
     pub fn method(&self) -> &Method {

@@ -6,7 +6,7 @@ use super::builder::{Builder, MaterialId};
 use super::shape::{Shape, cos, sin};
 use super::solids::{block, rounded_box, sphere, torus};
 use super::sweep::{disc, lathe, lathe_with, prism, smooth, smooth3, tapered, tube};
-use super::tableware::Parts;
+use super::tableware::MeshParts;
 
 /// What a robot is painted with.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ pub struct RobotPaint {
 }
 
 /// A toy robot 1 unit tall facing +Z, of one of three builds; `wave` raises its right arm by degrees.
-pub fn robot(b: &Builder, paint: RobotPaint, build: usize, wave: f32) -> Parts {
+pub fn robot(b: &Builder, paint: RobotPaint, build: usize, wave: f32) -> MeshParts {
     let (s, n) = (b.segments(6, 2), b.segments(36, 8));
     let (mut body, mut trim, mut joint, mut eye) =
         (Shape::default(), Shape::default(), Shape::default(), Shape::default());
@@ -81,7 +81,7 @@ pub fn robot(b: &Builder, paint: RobotPaint, build: usize, wave: f32) -> Parts {
 }
 
 /// A keyboard lying flat: rows of rounded keys on a plate.
-pub fn keyboard(b: &Builder, base: MaterialId, keys: MaterialId, width: f32) -> Parts {
+pub fn keyboard(b: &Builder, base: MaterialId, keys: MaterialId, width: f32) -> MeshParts {
     let s = b.segments(2, 1);
     let pitch = width / 15.5;
     let mut caps = Shape::default();
@@ -125,7 +125,7 @@ pub fn column(b: &Builder, height: f32, radius: f32) -> Shape {
 }
 
 /// A lantern hanging below (0, 0, 0): chain, roof, bars and a glowing core; about 0.5 m with its `chain`.
-pub fn lantern(b: &Builder, metal: MaterialId, glow: MaterialId, chain: f32) -> Parts {
+pub fn lantern(b: &Builder, metal: MaterialId, glow: MaterialId, chain: f32) -> MeshParts {
     let n = b.segments(40, 8);
     let mut shape = Shape::default();
     let links = (chain / 0.05) as usize;

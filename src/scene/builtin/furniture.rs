@@ -8,10 +8,10 @@ use super::shape::{Shape, grid, sin};
 use super::solids::{block, rounded_box, sphere};
 use super::surface::{cushion, plate};
 use super::sweep::{self, disc, frame, lathe, smooth, smooth3, tapered, tube};
-use super::tableware::Parts;
+use super::tableware::MeshParts;
 
 /// A table with four tapered legs; its top's upper face at `height`.
-pub fn table(b: &Builder, top: MaterialId, legs: MaterialId, width: f32, depth: f32, height: f32) -> Parts {
+pub fn table(b: &Builder, top: MaterialId, legs: MaterialId, width: f32, depth: f32, height: f32) -> MeshParts {
     let s = b.segments(4, 1);
     let thick = 0.045;
     let mut frame = Shape::default();
@@ -34,7 +34,7 @@ pub fn table(b: &Builder, top: MaterialId, legs: MaterialId, width: f32, depth: 
 }
 
 /// A dining chair facing +Z, seat at 0.46 m.
-pub fn chair(b: &Builder, wood: MaterialId, seat: MaterialId) -> Parts {
+pub fn chair(b: &Builder, wood: MaterialId, seat: MaterialId) -> MeshParts {
     let n = b.segments(18, 6);
     let mut bars = Shape::default();
     for x in [-0.19f32, 0.19] {
@@ -55,7 +55,7 @@ pub fn chair(b: &Builder, wood: MaterialId, seat: MaterialId) -> Parts {
 }
 
 /// A sofa facing +Z with `seats` seats; cushions bulge, arms are round.
-pub fn sofa(b: &Builder, cloth: MaterialId, pillow: MaterialId, feet: MaterialId, seats: usize) -> Parts {
+pub fn sofa(b: &Builder, cloth: MaterialId, pillow: MaterialId, feet: MaterialId, seats: usize) -> MeshParts {
     let s = b.segments(7, 2);
     let seat = 0.66;
     let inner = seats as f32 * seat;
@@ -80,7 +80,7 @@ pub fn sofa(b: &Builder, cloth: MaterialId, pillow: MaterialId, feet: MaterialId
 }
 
 /// An open shelf against −Z: boards every `height / boards` between two sides.
-pub fn shelf(b: &Builder, wood: MaterialId, width: f32, depth: f32, height: f32, boards: usize) -> Parts {
+pub fn shelf(b: &Builder, wood: MaterialId, width: f32, depth: f32, height: f32, boards: usize) -> MeshParts {
     let s = b.segments(3, 1);
     let mut shape = Shape::default();
     for side in [-1.0, 1.0] {
@@ -95,7 +95,7 @@ pub fn shelf(b: &Builder, wood: MaterialId, width: f32, depth: f32, height: f32,
 }
 
 /// A floor lamp: foot, pole, and a shade that glows.
-pub fn floor_lamp(b: &Builder, metal: MaterialId, shade: MaterialId, height: f32) -> Parts {
+pub fn floor_lamp(b: &Builder, metal: MaterialId, shade: MaterialId, height: f32) -> MeshParts {
     let n = b.segments(48, 10);
     let mut stand = disc(0.15, 0.025, n);
     stand.push(tube(&[Vec3::new(0.0, 0.024, 0.0), Vec3::new(0.0, height, 0.0)], 0.011, b.segments(14, 6)));
@@ -105,7 +105,7 @@ pub fn floor_lamp(b: &Builder, metal: MaterialId, shade: MaterialId, height: f32
 }
 
 /// A hanging lamp below (0, 0, 0): cord, dome, bulb.
-pub fn pendant(b: &Builder, metal: MaterialId, bulb: MaterialId, cord: f32, radius: f32) -> Parts {
+pub fn pendant(b: &Builder, metal: MaterialId, bulb: MaterialId, cord: f32, radius: f32) -> MeshParts {
     let n = b.segments(56, 10);
     let r = radius;
     let mut dome = smooth(&[(r, 0.0), (r * 0.92, r * 0.35), (r * 0.5, r * 0.75), (0.03, r * 0.85)], b.segments(8, 2));
@@ -127,7 +127,7 @@ pub fn window(
     width: f32,
     height: f32,
     panes: (usize, usize),
-) -> Parts {
+) -> MeshParts {
     let s = b.segments(3, 1);
     let mut shape = frame(width, height, 0.07, 0.1, s);
     for i in 1..panes.0 {
@@ -171,14 +171,14 @@ pub fn wall_with_windows(
 }
 
 /// A framed picture in the xy-plane, facing +Z; its canvas has UVs 0–1.
-pub fn picture(b: &Builder, moulding: MaterialId, canvas: MaterialId, width: f32, height: f32) -> Parts {
+pub fn picture(b: &Builder, moulding: MaterialId, canvas: MaterialId, width: f32, height: f32) -> MeshParts {
     let bars = frame(width, height, 0.05, 0.045, b.segments(4, 1)).at(0.0, 0.0, 0.022);
     let front = rounded_box(Vec3::new(width + 0.01, height + 0.01, 0.016), 0.001, 1);
     vec![(moulding, bars), (canvas, front.uv_scaled(1.0 / (width + 0.01), 1.0 / (height + 0.01)).at(0.0, 0.0, 0.014))]
 }
 
 /// A pot with arching leaves; each leaf is a thin closed lens.
-pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves: usize, seed: u32) -> Parts {
+pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves: usize, seed: u32) -> MeshParts {
     let r = height * 0.16;
     let n = b.segments(40, 10);
     let profile = [

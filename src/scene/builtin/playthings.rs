@@ -10,7 +10,7 @@ use super::pattern::rgb;
 use super::shape::{Shape, sin};
 use super::solids::{block, sphere, torus};
 use super::sweep::{disc, lathe, smooth, smooth3, tube};
-use super::tableware::{self, Parts};
+use super::tableware::{self, MeshParts};
 
 /// The paints that toys share with the room.
 pub(super) struct Paints {
@@ -35,7 +35,7 @@ pub(super) fn train(b: &mut Builder, paints: &Paints) {
         ties.push(bar.at(0.0, 0.0, 0.12));
     }
     b.add("sleepers", tie, ties);
-    let mut parts = Parts::new();
+    let mut parts = MeshParts::new();
     for k in 0..6 {
         let place = |shape: Shape| shape.at(0.0, 0.033, radius).turned(Vec3::Y, -17.0 * k as f32 + 130.0);
         let paint = paints.candy[[8usize, 3, 2, 0, 7, 4][k]];

@@ -8,7 +8,7 @@ use super::solids::{block, sphere};
 use super::sweep::{disc, lathe, prism, smooth, tapered, tube};
 
 /// The parts of a mesh, each with its material.
-pub type Parts = Vec<(MaterialId, Shape)>;
+pub type MeshParts = Vec<(MaterialId, Shape)>;
 
 /// A stemmed glass, closed with a wall of 3 mm; `height` and `bowl` (largest radius) in metres.
 pub fn wine_glass(b: &Builder, height: f32, bowl: f32) -> Shape {
@@ -68,7 +68,14 @@ pub fn mug(b: &Builder, radius: f32) -> Shape {
 }
 
 /// A bottle, its label and its cap; `shoulder` chooses between a slope (0) and a step (1).
-pub fn bottle(b: &Builder, glass: MaterialId, label: MaterialId, cap: MaterialId, height: f32, shoulder: f32) -> Parts {
+pub fn bottle(
+    b: &Builder,
+    glass: MaterialId,
+    label: MaterialId,
+    cap: MaterialId,
+    height: f32,
+    shoulder: f32,
+) -> MeshParts {
     let (h, r) = (height, height * 0.125);
     let s = 0.58 + 0.06 * shoulder;
     let profile = smooth(
@@ -143,7 +150,7 @@ pub fn vase(b: &Builder, kind: usize, height: f32) -> Shape {
 }
 
 /// A book lying flat: cover with a rounded spine, pages.
-pub fn book(b: &Builder, cover: MaterialId, pages: MaterialId, size: Vec3) -> Parts {
+pub fn book(b: &Builder, cover: MaterialId, pages: MaterialId, size: Vec3) -> MeshParts {
     let s = b.segments(3, 1);
     let board = size.y * 0.12;
     let mut covers = block(size.x, board, size.z, board * 0.4, s);
@@ -159,8 +166,15 @@ pub fn book(b: &Builder, cover: MaterialId, pages: MaterialId, size: Vec3) -> Pa
 }
 
 /// Books upright in a row of `length` along +X, spines to +Z, of changing size; covers taken in turn.
-pub fn book_row(b: &Builder, covers: &[MaterialId], pages: MaterialId, length: f32, height: f32, seed: u32) -> Parts {
-    let mut parts = Parts::new();
+pub fn book_row(
+    b: &Builder,
+    covers: &[MaterialId],
+    pages: MaterialId,
+    length: f32,
+    height: f32,
+    seed: u32,
+) -> MeshParts {
+    let mut parts = MeshParts::new();
     let (mut x, mut i) = (0.0, 0);
     while x < length - 0.05 {
         let u = |k| super::noise::unit(i, k, seed);
@@ -178,7 +192,7 @@ pub fn book_row(b: &Builder, covers: &[MaterialId], pages: MaterialId, length: f
 }
 
 /// A candle with its flame.
-pub fn candle(b: &Builder, wax: MaterialId, flame: MaterialId, radius: f32, height: f32) -> Parts {
+pub fn candle(b: &Builder, wax: MaterialId, flame: MaterialId, radius: f32, height: f32) -> MeshParts {
     let n = b.segments(32, 8);
     vec![
         (wax, disc(radius, height, n)),
@@ -207,7 +221,7 @@ pub fn apple(b: &Builder, radius: f32) -> Shape {
 }
 
 /// A pencil along +Y: hexagonal body, wooden cone, lead.
-pub fn pencil(b: &Builder, body: MaterialId, wood: MaterialId, length: f32) -> Parts {
+pub fn pencil(b: &Builder, body: MaterialId, wood: MaterialId, length: f32) -> MeshParts {
     let r = 0.0045 * length / 0.18;
     let hexagon: Vec<Vec2> = (0..6)
         .map(|k| {
