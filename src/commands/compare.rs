@@ -9,6 +9,7 @@ use super::WrongUsage;
 use super::ao::Reach;
 #[cfg(feature = "gpu")]
 use super::device::{self, Size};
+use super::networks::NetworkFiles;
 #[cfg(feature = "gpu")]
 use super::outside::Outside;
 use super::pictures::{self, Display};
@@ -40,6 +41,8 @@ pub struct Args {
     /// Linear factor before the tone map, for two pictures; scenes have their own.
     #[arg(long)]
     exposure: Option<f32>,
+    #[command(flatten)]
+    networks: NetworkFiles,
     #[cfg(feature = "gpu")]
     #[command(flatten)]
     scenes: SceneArgs,
@@ -192,7 +195,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     match (args.inputs.as_slice(), args.inputs.iter().any(is_picture)) {
         ([a, b], true) if is_picture(a) && is_picture(b) => {
             let display = Display { exposure: exposure.unwrap_or(1.0), pixels_per_degree };
-            pictures::compare(a.as_ref(), b.as_ref(), &display, console)
+            pictures::compare(a.as_ref(), b.as_ref(), (&display, &args.networks), console)
         }
         (_, true) => Err(WrongUsage("two pictures are compared, A.exr (the reference) and B.exr".to_owned()).into()),
         _ if exposure.is_some() => {
@@ -211,6 +214,7 @@ fn compare_scenes(_: &Args, _: &[String], _: &Console) -> anyhow::Result<()> {
 fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::Result<()> {
     let of = &args.scenes;
     if of.effect == Effect::Ao {
+        no_networks(&args.networks, "--effect ao")?;
         return compare_ao(of, scenes, console);
     }
     let shard = of.shard.unwrap_or(Shard::WHOLE);
@@ -246,6 +250,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         ..device::settings(size, 0)
     };
     if let Some(name) = &of.path {
+        no_networks(&args.networks, "--path")?;
         return compare_sequences(of, (&gpu, scenes), name, (methods, reference, settings), console);
     }
     let options = Options {
@@ -263,6 +268,7 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         },
         view: of.view.clone(),
         pixels_per_degree: args.pixels_per_degree,
+        networks: args.networks.load((size.width as usize, size.height as usize))?,
         cache: of.cache.clone().unwrap_or_else(|| device::cache_folder().join("references")),
         keep: of.keep.clone(),
         out: of.out.clone(),
@@ -281,6 +287,15 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
     }
     console.object(&report)?;
     all_done(&report.failed, scenes.len())
+}
+
+/// Only pictures of reflections that stand still are compared by networks.
+#[cfg(feature = "gpu")]
+fn no_networks(named: &NetworkFiles, with: &str) -> Result<(), WrongUsage> {
+    match named.named().next() {
+        None => Ok(()),
+        Some((option, _)) => Err(WrongUsage(format!("{option} has no use with {with}"))),
+    }
 }
 
 /// What was done of a comparison that writes no report.

@@ -19,6 +19,7 @@ mod doctor;
 mod find_study;
 #[cfg(feature = "gpu")]
 mod live;
+mod networks;
 mod outside;
 #[cfg(feature = "gpu")]
 mod paper;

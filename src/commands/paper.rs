@@ -12,6 +12,7 @@ use cyclopean_analysis::report::{ReportInput, ReportOptions};
 use super::WrongUsage;
 use super::catalogue::catalogue;
 use super::device::{self, Size};
+use super::networks::NetworkFiles;
 use super::outside::Outside;
 use super::simulated::{self, STUDIES, Setting};
 use super::stimulus::GpuStimuli;
@@ -71,6 +72,8 @@ pub struct Args {
     #[arg(long)]
     device: Option<String>,
     #[command(flatten)]
+    networks: NetworkFiles,
+    #[command(flatten)]
     outside: Outside,
 }
 
@@ -81,6 +84,8 @@ pub struct Args {
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let mut request = request(&args)?;
     // Fail before the work, not after it.
+    let [width, height] = request.scale.size;
+    request.networks = args.networks.load((width as usize, height as usize))?;
     let given = (!args.sessions.is_empty()).then(|| gather(&args.sessions)).transpose()?;
     let gpu = device::open(args.device.as_deref())?;
     let mut pieces = paper::pieces(&request)?;
@@ -137,6 +142,8 @@ fn request(args: &Args) -> Result<Request, WrongUsage> {
         parts: args.parts.clone(),
         sessions: args.sessions.clone(),
         shelf: Shelf::new(args.outside.loading()),
+        networks: Default::default(),
+        network_options: args.networks.named().map(|(option, file)| (option, file.to_owned())).collect(),
     })
 }
 

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::WrongUsage;
+use super::networks::NetworkFiles;
 use crate::console::Console;
-use crate::metrics::{Judge, Scores};
+use crate::metrics::{Judge, Networks, Scores};
 use crate::picture::{self, PictureError, StereoPicture};
 use crate::scene::Eye;
 
@@ -34,16 +35,33 @@ struct Report {
 #[derive(Debug, Serialize)]
 struct EyeScores {
     /// All pixels.
-    composite: Option<Scores>,
+    composite: Option<LayerScores>,
     /// The layer `reflection`, where the reference's is not black.
-    reflection: Option<Scores>,
+    reflection: Option<LayerScores>,
+}
+
+/// All measures of a layer.
+#[derive(Debug, Serialize)]
+struct LayerScores {
+    #[serde(flatten)]
+    scores: Scores,
+    /// Absent without the network.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lpips: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dists: Option<f64>,
 }
 
 /// Compares `picture` with `reference`.
 ///
 /// # Errors
-/// A file that cannot be read, or pictures of two sizes.
-pub fn compare(reference: &Path, picture: &Path, display: &Display, console: &Console) -> anyhow::Result<()> {
+/// A file that cannot be read, pictures of two sizes, or a network that cannot compare them.
+pub fn compare(
+    reference: &Path,
+    picture: &Path,
+    (display, networks): (&Display, &NetworkFiles),
+    console: &Console,
+) -> anyhow::Result<()> {
     let colors = [picture::read_exr(reference, "")?, picture::read_exr(picture, "")?];
     let [a, b] = &colors;
     if (a.width, a.height) != (b.width, b.height) {
@@ -58,13 +76,17 @@ pub fn compare(reference: &Path, picture: &Path, display: &Display, console: &Co
         ))
         .into());
     }
+    let networks = networks.load((a.width as usize, a.height as usize))?;
     let reflections = match (layer(reference)?, layer(picture)?) {
         (Some(a), Some(b)) => Some([a, b]),
         _ => None,
     };
-    let scores = |eye: Eye| EyeScores {
-        composite: score(&colors, eye, display, |_| true),
-        reflection: reflections.as_ref().and_then(|r| score(r, eye, display, |texel| texel != [0.0; 3])),
+    let scores = |eye: Eye| -> anyhow::Result<EyeScores> {
+        let reflection = reflections.as_ref().map(|r| score(r, eye, (display, &networks), |texel| texel != [0.0; 3]));
+        Ok(EyeScores {
+            composite: score(&colors, eye, (display, &networks), |_| true)?,
+            reflection: reflection.transpose()?.flatten(),
+        })
     };
     let report = Report {
         reference: reference.to_owned(),
@@ -73,8 +95,8 @@ pub fn compare(reference: &Path, picture: &Path, display: &Display, console: &Co
         height: a.height,
         exposure: display.exposure,
         pixels_per_degree: display.pixels_per_degree,
-        left: scores(Eye::Left),
-        right: scores(Eye::Right),
+        left: scores(Eye::Left)?,
+        right: scores(Eye::Right)?,
     };
     say(console, &report);
     console.object(&report)?;
@@ -92,13 +114,17 @@ fn layer(path: &Path) -> Result<Option<StereoPicture>, PictureError> {
 fn score(
     [reference, picture]: &[StereoPicture; 2],
     eye: Eye,
-    display: &Display,
+    (display, networks): (&Display, &Networks),
     counts: impl Fn([f32; 3]) -> bool,
-) -> Option<Scores> {
+) -> anyhow::Result<Option<LayerScores>> {
     let size = (reference.width as usize, reference.height as usize);
     let values = &reference.eyes[eye.layer()];
     let mask = values.iter().map(|t| counts(*t)).collect();
-    Judge::new(size, values, mask, display.exposure, display.pixels_per_degree).of(&picture.eyes[eye.layer()])
+    let judge = Judge::new(size, values, mask, display.exposure, display.pixels_per_degree);
+    let shown = judge.displayed(&picture.eyes[eye.layer()]);
+    let Some(scores) = judge.of_displayed(&picture.eyes[eye.layer()], &shown) else { return Ok(None) };
+    let [lpips, dists] = networks.distances(size, judge.reference_displayed(), &shown)?;
+    Ok(Some(LayerScores { scores, lpips, dists }))
 }
 
 fn say(console: &Console, report: &Report) {
@@ -109,21 +135,37 @@ fn say(console: &Console, report: &Report) {
         report.width,
         report.height
     ));
-    console.line(format!("{:<18} {:>11} {:>11} {:>11} {:>9} {:>9}", "", "MSE", "RSE", "relMSE", "SSIM", "FLIP"));
-    for (eye, scores) in [("left", &report.left), ("right", &report.right)] {
-        for (layer, s) in [("composite", &scores.composite), ("reflection", &scores.reflection)] {
-            let Some(s) = s else { continue };
-            let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.4}"));
-            let short = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.4e}"));
-            console.line(format!(
-                "{:<18} {:>11} {:>11} {:>11} {:>9} {:>9}",
-                format!("{eye} {layer}"),
-                short(Some(s.mse)),
-                short(s.rse),
-                short(s.relmse),
-                number(s.ssim),
-                number(s.flip)
-            ));
-        }
+    let eyes = [("left", &report.left), ("right", &report.right)];
+    let layers = eyes.into_iter().flat_map(|(eye, s)| {
+        [(format!("{eye} composite"), &s.composite), (format!("{eye} reflection"), &s.reflection)]
+    });
+    let layers: Vec<(String, &LayerScores)> = layers.filter_map(|(name, s)| Some((name, s.as_ref()?))).collect();
+    type Column = (&'static str, usize, fn(&LayerScores) -> String);
+    let mut columns: Vec<Column> = vec![
+        ("MSE", 11, |s| short(Some(s.scores.mse))),
+        ("RSE", 11, |s| short(s.scores.rse)),
+        ("relMSE", 11, |s| short(s.scores.relmse)),
+        ("SSIM", 9, |s| number(s.scores.ssim)),
+        ("FLIP", 9, |s| number(s.scores.flip)),
+    ];
+    if layers.iter().any(|(_, s)| s.lpips.is_some()) {
+        columns.push(("LPIPS", 9, |s| number(s.lpips)));
     }
+    if layers.iter().any(|(_, s)| s.dists.is_some()) {
+        columns.push(("DISTS", 9, |s| number(s.dists)));
+    }
+    let titles: String = columns.iter().map(|(title, width, _)| format!(" {title:>width$}")).collect();
+    console.line(format!("{:<18}{titles}", ""));
+    for (name, scores) in layers {
+        let cells: String = columns.iter().map(|(_, width, of)| format!(" {:>width$}", of(scores))).collect();
+        console.line(format!("{name:<18}{cells}"));
+    }
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.4}"))
+}
+
+fn short(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.4e}"))
 }

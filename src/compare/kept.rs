@@ -212,7 +212,7 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
         Ok(serde_json::json!({ "name": c.name, "method": c.method.to_string(), "spp": c.method.samples(),
                                "fallback": fallback_name(c.fallback), "picture": picture }))
     });
-    let all = serde_json::json!({
+    let mut all = serde_json::json!({
         "version": VERSION,
         "circumstances": circumstances(gpu, scene, view),
         "exposure": scene.exposure,
@@ -222,6 +222,10 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
         "seeds": options.seeds,
         "pixels_per_degree": options.pixels_per_degree,
     });
+    // Results without networks have the address that they had before there were any.
+    for network in options.networks.iter() {
+        all[network.measure()] = network.sha256().into();
+    }
     Ok(sha256(&serde_json::to_vec(&all)?))
 }
 

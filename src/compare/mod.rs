@@ -33,6 +33,7 @@ use sha2::{Digest, Sha256};
 
 use crate::console::{Console, Interrupted};
 use crate::gpu::{Gpu, GpuError};
+use crate::metrics::network::NetworkError;
 use crate::picture::{self, PictureError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
@@ -61,6 +62,8 @@ pub enum CompareError {
     Gpu(#[from] GpuError),
     #[error(transparent)]
     Picture(#[from] PictureError),
+    #[error("a network gave no distance: {0}")]
+    Network(#[from] NetworkError),
     #[error(transparent)]
     Write(#[from] WriteError),
     #[error("cannot make the folder {}: {source}", path.display())]

@@ -1,7 +1,9 @@
 //! What is compared: every method at every sample count, with every fallback.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use crate::metrics::Networks;
 use crate::render::{Method, Settings};
 use crate::scene::{Fallback, Scene, Shelf};
 
@@ -25,6 +27,8 @@ pub struct Options {
     pub view: Option<String>,
     /// Of FLIP.
     pub pixels_per_degree: f32,
+    /// Of LPIPS and DISTS; none: these are not measured.
+    pub networks: Arc<Networks>,
     /// Where references are kept.
     pub cache: PathBuf,
     /// Where results are kept, and taken from; none: every scene is measured.

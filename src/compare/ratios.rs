@@ -5,9 +5,10 @@ use cyclopean_analysis::interval::student_t;
 use super::report::{LeftOut, Overhead, Ratio, Row};
 use crate::metrics::jackknife::{self, Figure};
 use crate::metrics::lasting::Without;
+use crate::metrics::network;
 
 /// Measures with a value a round; the last two are compared as what they lack of 1.
-const BY_ROUND: [(&str, &str); 9] = [
+const BY_ROUND: [(&str, &str); 13] = [
     ("mse", "mse"),
     ("rse", "rse"),
     ("relmse", "relmse"),
@@ -15,9 +16,18 @@ const BY_ROUND: [(&str, &str); 9] = [
     ("composite_tonemapped_mse", "composite_tonemapped_mse"),
     ("flip", "flip"),
     ("reflection_flip", "reflection_flip"),
+    ("lpips", "lpips"),
+    ("dists", "dists"),
+    ("reflection_lpips", "reflection_lpips"),
+    ("reflection_dists", "reflection_dists"),
     ("ssim", "one_minus_ssim"),
     ("reflection_ssim", "one_minus_reflection_ssim"),
 ];
+
+/// `lpips`, `reflection_dists` and the like.
+fn is_by_network(measure: &str) -> bool {
+    network::MEASURES.iter().any(|of| measure.trim_start_matches("reflection_") == *of)
+}
 
 /// Every method but the baseline, with the baseline's row of as many samples.
 fn peers<'a>(rows: &'a [Row], baseline: &str) -> Vec<(&'a Row, &'a Row)> {
@@ -57,6 +67,11 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
             Err(why) => left_out.push(LeftOut::of(row, measure.to_owned(), why)),
         };
         for (measure, name) in BY_ROUND {
+            // What no network was named for is not missing.
+            let is_measured = row.rounds.measures.contains_key(measure) || base.rounds.measures.contains_key(measure);
+            if is_by_network(measure) && !is_measured {
+                continue;
+            }
             let error = |v: &f64| if name.starts_with("one_minus") { 1.0 - v } else { *v };
             let of =
                 |r: &Row| -> Vec<f64> { r.rounds.measures.get(measure).into_iter().flatten().map(error).collect() };

@@ -22,6 +22,9 @@ pub struct Report {
     pub seeds: u32,
     pub reference_spp: u32,
     pub pixels_per_degree: f32,
+    /// SHA-256 of the networks' files, by `lpips` and `dists`; absent: none was named.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub networks: BTreeMap<String, String>,
     /// What all configurations share; seed and fallback are theirs.
     pub settings: Settings,
     pub scenes: Vec<SceneReport>,
@@ -147,7 +150,8 @@ pub struct Row {
 pub struct EyeReport {
     /// `mse`, `rse`, `relmse`, `tonemapped_mse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of
     /// the tone-mapped composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`,
-    /// `composite_tonemapped_mse`; `fireflies` of the composite per million pixels that trace. Null: undefined.
+    /// `composite_tonemapped_mse`; `fireflies` of the composite per million pixels that trace. Null: undefined. Where their
+    /// networks were named, `lpips`, `dists` of the tone-mapped composite and `reflection_lpips`, `reflection_dists`.
     #[serde(flatten)]
     pub means: BTreeMap<String, Option<f64>>,
     pub bias2: Option<f64>,
@@ -170,7 +174,8 @@ pub struct Ratio {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`,
+    /// `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`, `lpips`, `dists`,
+    /// `reflection_lpips`, `reflection_dists`,
     /// `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`, `variance` (means of the eyes),
     /// `systematic_inconsistency`, `systematic_unbiased` (of `squared`), `noise_variance`.
     pub measure: String,
@@ -254,6 +259,7 @@ impl Report {
             seeds: options.seeds,
             reference_spp: options.reference.samples(),
             pixels_per_degree: options.pixels_per_degree,
+            networks: options.networks.iter().map(|n| (n.measure().to_owned(), n.sha256().to_owned())).collect(),
             settings: options.settings.clone(),
             scenes: Vec::new(),
             summary: Vec::new(),

@@ -14,14 +14,15 @@ use super::times::{self, Groups};
 use super::{equal_time, ratios};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
+use crate::metrics::network::NetworkError;
 use crate::metrics::stereo::{Consistency, share_beyond};
-use crate::metrics::{Agreement, Fireflies, Judge, Moments};
+use crate::metrics::{Agreement, Fireflies, Judge, Moments, Networks};
 use crate::picture::StereoPicture;
 use crate::render::{FrameReport, Prepared, Settings};
 use crate::scene::Fallback;
 
 /// What is measured of each eye in each round.
-const MEASURES: [&str; 12] = [
+const MEASURES: [&str; 16] = [
     "mse",
     "rse",
     "relmse",
@@ -34,7 +35,14 @@ const MEASURES: [&str; 12] = [
     "composite_rse",
     "composite_tonemapped_mse",
     "fireflies",
+    "lpips",
+    "dists",
+    "reflection_lpips",
+    "reflection_dists",
 ];
+
+/// Those of [`MEASURES`] that stand in a result only where their networks were named.
+const BY_NETWORKS: usize = 12;
 
 type Measured = [Option<f64>; MEASURES.len()];
 
@@ -55,6 +63,7 @@ pub fn scene(
     if traced == 0 {
         return Err(CompareError::NoReflection(scene.name.clone()));
     }
+    let networks = &options.networks;
     let judges = [0, 1].map(|eye| EyeJudge::new(&reference, eye, &masks[eye], scene.exposure, options));
 
     let agreement = Agreement::new(&reference.pairs, reference.linear.eyes(), reference.again[0].eyes());
@@ -64,7 +73,7 @@ pub fn scene(
         let prepared = renderer.prepare(camera, &configuration.method, &settings)?;
         runs.push(Run::new(configuration, prepared, &reference, &agreement));
     }
-    rounds(&mut runs, &masks, &judges, options.seeds, &scene.name, console)?;
+    rounds(&mut runs, &masks, (&judges, networks), options.seeds, &scene.name, console)?;
     // After the last frame, so that a message about any of them refuses the scene's numbers.
     gpu.check_validation()?;
 
@@ -105,7 +114,7 @@ pub fn scene(
 fn rounds(
     runs: &mut [Run<'_>],
     masks: &[Vec<bool>; 2],
-    judges: &[EyeJudge; 2],
+    (judges, networks): (&[EyeJudge; 2], &Networks),
     seeds: u32,
     scene: &str,
     console: &Console,
@@ -119,7 +128,7 @@ fn rounds(
             run.prepared.set_seed(round, 0);
             let frame = run.prepared.frame(&mut |_, _| check_interrupted())?;
             if round > 0 {
-                run.add(frame, masks, judges)?;
+                run.add(frame, masks, (judges, networks))?;
             }
             bar.step(&run.configuration.method.to_string());
         }
@@ -130,6 +139,7 @@ fn rounds(
 /// One eye's reference, made ready: the reflection over the pixels that trace, the composite over all, and the fireflies
 /// of the composite among the pixels that trace.
 struct EyeJudge {
+    size: (usize, usize),
     reflection: Judge,
     composite: Judge,
     fireflies: Fireflies,
@@ -144,6 +154,7 @@ impl EyeJudge {
         let composite = judge(&reference.linear, vec![true; mask.len()]);
         let shown = composite.displayed(&reference.linear.eyes[eye]);
         EyeJudge {
+            size,
             reflection: judge(&reference.reflection, mask.to_vec()),
             fireflies: Fireflies::new(size, &shown, mask.to_vec()),
             composite,
@@ -151,10 +162,26 @@ impl EyeJudge {
     }
 
     /// In the order of [`MEASURES`], and the number of fireflies.
-    fn measure(&self, reflection: &[[f32; 3]], composite: &[[f32; 3]]) -> (Measured, u64) {
+    ///
+    /// # Errors
+    /// A network that gives no number.
+    fn measure(
+        &self,
+        reflection: &[[f32; 3]],
+        composite: &[[f32; 3]],
+        networks: &Networks,
+    ) -> Result<(Measured, u64), NetworkError> {
         let shown = self.composite.displayed(composite);
-        let scores = (self.reflection.of(reflection), self.composite.of_displayed(composite, &shown));
-        let (Some(r), Some(c)) = scores else { return (Measured::default(), 0) };
+        let shown_reflection = self.reflection.displayed(reflection);
+        let scores = (
+            self.reflection.of_displayed(reflection, &shown_reflection),
+            self.composite.of_displayed(composite, &shown),
+        );
+        let (Some(r), Some(c)) = scores else { return Ok((Measured::default(), 0)) };
+        let distances =
+            |judge: &Judge, shown: &[[f32; 3]]| networks.distances(self.size, judge.reference_displayed(), shown);
+        let [lpips, dists] = distances(&self.composite, &shown)?;
+        let [reflection_lpips, reflection_dists] = distances(&self.reflection, &shown_reflection)?;
         let fireflies = self.fireflies.count(&shown);
         let measured = [
             Some(r.mse),
@@ -169,8 +196,12 @@ impl EyeJudge {
             c.rse,
             Some(c.tonemapped_mse),
             self.fireflies.per_megapixel(fireflies),
+            lpips,
+            dists,
+            reflection_lpips,
+            reflection_dists,
         ];
-        (measured, fireflies)
+        Ok((measured, fireflies))
     }
 }
 
@@ -208,7 +239,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn add(&mut self, frame: FrameReport, masks: &[Vec<bool>; 2], judges: &[EyeJudge; 2]) -> Result<(), CompareError> {
+    fn add(
+        &mut self,
+        frame: FrameReport,
+        masks: &[Vec<bool>; 2],
+        (judges, networks): (&[EyeJudge; 2], &Networks),
+    ) -> Result<(), CompareError> {
         let (linear, reflection) = (self.prepared.linear()?, self.prepared.reflection()?);
         self.groups.push(times::groups(&frame.passes));
         self.passes.push(frame.passes.into_iter().map(|p| (p.name, p.ms)).collect());
@@ -217,7 +253,7 @@ impl<'a> Run<'a> {
         // The eyes in parallel: no frame runs meanwhile, so no time is disturbed.
         let eye = |eye: usize, moments: &mut Moments| {
             moments.add(masked(&reflection.eyes[eye], &masks[eye]));
-            judges[eye].measure(&reflection.eyes[eye], &linear.eyes[eye])
+            judges[eye].measure(&reflection.eyes[eye], &linear.eyes[eye], networks)
         };
         let [left, right] = &mut self.moments;
         let measured = std::thread::scope(|scope| {
@@ -225,7 +261,8 @@ impl<'a> Run<'a> {
             let own = eye(0, left);
             [own, other.join().expect("metrics do not panic on pictures of one size")]
         });
-        for (all, (one, fireflies)) in self.measured.iter_mut().zip(measured) {
+        for (all, measured) in self.measured.iter_mut().zip(measured) {
+            let (one, fireflies) = measured?;
             all.push(one);
             self.fireflies += fireflies;
         }
@@ -240,6 +277,7 @@ impl<'a> Run<'a> {
                     .iter()
                     .enumerate()
                     .map(|(m, name)| ((*name).to_owned(), mean(&self.series(eye, m))))
+                    .filter(|(name, mean)| mean.is_some() || !MEASURES[BY_NETWORKS..].contains(&name.as_str()))
                     .collect(),
                 bias2: split.map(|s| s.bias2),
                 variance: split.map(|s| s.variance),

@@ -62,6 +62,11 @@ impl Judge {
         tone::displayed(picture, self.exposure)
     }
 
+    /// Display values of the reference.
+    pub fn reference_displayed(&self) -> &[[f32; 3]] {
+        &self.shown
+    }
+
     /// [`Judge::of`] a picture whose display values, `shown`, are known already.
     ///
     /// # Panics

@@ -11,6 +11,7 @@ pub mod jackknife;
 pub mod judge;
 pub mod lasting;
 pub mod moments;
+pub mod network;
 pub mod pairs;
 pub mod sequence;
 pub mod ssim;
@@ -23,6 +24,7 @@ pub use flip::Flip;
 pub use judge::{Judge, Scores};
 pub use lasting::Agreement;
 pub use moments::Moments;
+pub use network::Networks;
 pub use pairs::{Pairs, Surfaces};
 pub use ssim::Ssim;
 

@@ -202,7 +202,7 @@ fn probe(
         let reference = asked.reference.with_exactly(paths);
         // Nothing is found there from an earlier one: each has a cache of its own.
         let cache = folder.join(format!("{}-{}-{paths}", size[0], spp[0]));
-        let options = Options { settings, reference, cache, keep: None, ..asked };
+        let options = Options { settings, reference, cache, keep: None, networks: Default::default(), ..asked };
         let started = Instant::now();
         compare::scene(gpu, scene, &options, console)?;
         Ok((reflections(&comparison, size, 2.0 * f64::from(paths))?, started.elapsed().as_secs_f64()))

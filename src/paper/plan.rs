@@ -1,10 +1,11 @@
 //! What is made: comparisons over scenes, each one call of `cyclopean compare`, and how large they are.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::compare::ao::AoOptions;
 use crate::compare::{Fallbacks, Options};
-use crate::metrics::flip;
+use crate::metrics::{Networks, flip};
 use crate::render::method::UnknownMethod;
 use crate::render::{Ao, AoSettings, Method, Reuse, Settings};
 use crate::scene::{Fallback, Shelf};
@@ -24,6 +25,9 @@ pub struct Request {
     /// Where the sessions lie.
     pub sessions: Vec<PathBuf>,
     pub shelf: Shelf,
+    /// Of LPIPS and DISTS, and how a command names them (`--lpips FILE`).
+    pub networks: Arc<Networks>,
+    pub network_options: Vec<(&'static str, PathBuf)>,
 }
 
 /// What can be left out.
@@ -105,6 +109,9 @@ pub struct Comparison {
 /// Of frames that only a sheet is made of: the fewest that a comparison takes.
 const SHEET_SEEDS: u32 = 2;
 
+/// The comparison that Table 2 is made of.
+pub const TABLE_2: &str = "table2";
+
 /// Width of the fade at a view's border, where it is not what is studied.
 const EDGE_FADE: f32 = 0.1;
 
@@ -129,7 +136,7 @@ impl Request {
             ..all(id, methods, &[1], SHEET_SEEDS, true)
         };
         vec![
-            all("table2", &["sssr", "stereo"], &[1], table2, true),
+            all(TABLE_2, &["sssr", "stereo"], &[1], table2, true),
             all("table3", &["sssr", "stereo", "path-traced@2"], &[1, 2, 4], table3, false),
             all(
                 "modules",
@@ -179,6 +186,8 @@ impl Request {
             fallback: Fallbacks::One(Fallback::Black),
             view: None,
             pixels_per_degree: flip::PIXELS_PER_DEGREE,
+            // Only Table 2 has them.
+            networks: if of.id == TABLE_2 { Arc::clone(&self.networks) } else { Arc::default() },
             cache: self.cache.clone(),
             keep: Some(self.kept()),
             out: self.out.join(of.id),
@@ -206,9 +215,11 @@ impl Request {
     pub fn call(&self, of: &Comparison) -> String {
         let [width, height] = self.scale.size;
         let spp: Vec<String> = of.spp.iter().map(u32::to_string).collect();
+        let named = self.network_options.iter().filter(|_| of.id == TABLE_2);
+        let networks: String = named.map(|(option, file)| format!(" {option} {}", path(file))).collect();
         format!(
             "cyclopean compare {} --size {width}x{height} --spp {} --seeds {} --reference-spp {} --reuse ratio --no-shadows \
-             --methods {}{}{} --keep {} -o {}",
+             --methods {}{}{}{networks} --keep {} -o {}",
             words(&of.scenes),
             spp.join(","),
             of.seeds,
@@ -272,6 +283,8 @@ mod tests {
             parts: vec![Part::Methods, Part::Ao, Part::Sessions],
             sessions: Vec::new(),
             shelf: Shelf::default(),
+            networks: Arc::default(),
+            network_options: Vec::new(),
         }
     }
 
@@ -297,13 +310,16 @@ mod tests {
 
     #[test]
     fn a_call_is_what_a_shell_takes() {
-        let request = request(&["a room.gltf"]);
+        let mut request = request(&["a room.gltf"]);
+        request.network_options = vec![("--lpips", "a network.onnx".into())];
         let call = request.call(&request.comparisons()[4]);
         assert_eq!(
             call,
             "cyclopean compare 'a room.gltf' --size 192x108 --spp 1 --seeds 2 --reference-spp 64 --reuse ratio --no-shadows \
              --methods sssr,stereo-no-reprojection --edge-fade 0 --sheets --keep out/work/kept -o out/figure11"
         );
+        let table2 = request.call(&request.comparisons()[0]);
+        assert!(table2.contains(" --sheets --lpips 'a network.onnx' --keep "), "{table2}");
         assert_eq!(word("it's"), "'it'\\''s'");
     }
 }

@@ -1,7 +1,7 @@
 //! Tables 1 to 3, the modules' ablation and error against time.
 
 use super::item::{Cell, Drawing, Grid, Item};
-use super::plan::{Comparison, Request};
+use super::plan::{self, Comparison, Request};
 use super::published::{Publication, TABLE_1, TABLE_2, TABLE_3};
 use super::{Made, Meant};
 use crate::compare::{self, Row, SceneReport};
@@ -106,10 +106,10 @@ fn of_eye(row: &Row, eye: &str, measure: &str) -> Option<f64> {
 
 /// Table 2.
 pub fn quality(request: &Request, made: &Made) -> Item {
-    const ID: &str = "table2";
+    const ID: &str = plan::TABLE_2;
     let columns = ["scene", "eye", "source", "SSSR", "Ours", "1 − SSIM, Ours over SSSR"];
     let mut ssim = Grid::new("SSIM of the reflection against the reference; higher is better.", &columns);
-    let networks = ["lpips", "dists"].map(|key| {
+    let networks = ["reflection_lpips", "reflection_dists"].map(|key| {
         let has = |s: &SceneReport| s.results.iter().any(|r| of_eye(r, "left", key).is_some());
         made.reports.get(ID).is_some_and(|r| r.scenes.iter().any(has))
     });
@@ -149,7 +149,7 @@ pub fn quality(request: &Request, made: &Made) -> Item {
             if has_network {
                 let of =
                     |(key, has): (&str, bool)| pair(values(key), 3, if has { &why } else { "no network was named" });
-                let cells = [("lpips", networks[0]), ("dists", networks[1])].map(of);
+                let cells = [("reflection_lpips", networks[0]), ("reflection_dists", networks[1])].map(of);
                 push(&mut learned, SOURCES[1], cells.into_iter().flatten().collect());
             }
         }
@@ -165,7 +165,8 @@ pub fn quality(request: &Request, made: &Made) -> Item {
         learned.columns.remove(2);
         learned.caption += " As printed; none of ours, as said below.";
         differs.push(
-            "LPIPS and DISTS need trained networks, and this program has none: its own columns are absent.".to_owned(),
+            "LPIPS and DISTS need trained networks, and none was named (--lpips, --dists): the program's own lines are absent."
+                .to_owned(),
         );
     }
     Item {

@@ -26,6 +26,19 @@ const EQUAL_SAMPLE: [(&str, &str); 11] = [
     ("noise", "noise_variance"),
 ];
 
+/// The same of networks, where one was named.
+const EQUAL_SAMPLE_BY_NETWORKS: [(&str, &str); 4] = [
+    ("LPIPS", "lpips"),
+    ("DISTS", "dists"),
+    ("LPIPS, reflection", "reflection_lpips"),
+    ("DISTS, reflection", "reflection_dists"),
+];
+
+/// The columns of the tables at equal samples: those of networks where `has` says so.
+fn equal_sample_columns(has: impl Fn(&str) -> bool) -> Vec<(&'static str, &'static str)> {
+    EQUAL_SAMPLE.into_iter().chain(EQUAL_SAMPLE_BY_NETWORKS.into_iter().filter(|(_, measure)| has(measure))).collect()
+}
+
 /// The whole document. Definitions stand in `docs/compare.md`.
 pub fn markdown(report: &Report) -> String {
     let mut out = String::from("# Error against run time\n\n");
@@ -41,6 +54,12 @@ pub fn markdown(report: &Report) -> String {
         report.reference_spp,
         report.pixels_per_degree
     );
+    if report.networks.is_empty() {
+        out.push_str("LPIPS and DISTS are absent: their networks were not named (`--lpips`, `--dists`).\n\n");
+    }
+    for (measure, sha256) in &report.networks {
+        let _ = writeln!(out, "{} by the network with SHA-256 `{sha256}`.\n", measure.to_uppercase());
+    }
     for scene in &report.scenes {
         scene_section(&mut out, scene);
     }
@@ -137,6 +156,11 @@ fn errors(out: &mut String, scene: &SceneReport) {
         "fireflies a megapixel",
         "fireflies, all seeds and eyes",
     ];
+    let by_networks: Vec<(&str, &str)> = EQUAL_SAMPLE_BY_NETWORKS
+        .into_iter()
+        .filter(|(_, measure)| scene.results.iter().any(|r| r.left.means.contains_key(*measure)))
+        .collect();
+    let names: Vec<&str> = names.into_iter().chain(by_networks.iter().map(|(title, _)| *title)).collect();
     head(out, title, &names, 1);
     for r in &scene.results {
         let eyes = [&r.left, &r.right];
@@ -162,7 +186,8 @@ fn errors(out: &mut String, scene: &SceneReport) {
             measured("fireflies", &|v| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.1}"))),
             r.fireflies_total.to_string(),
         ];
-        row(out, cells.into_iter());
+        let distances = by_networks.iter().map(|(_, measure)| measured(measure, &fixed));
+        row(out, cells.into_iter().chain(distances));
     }
     out.push('\n');
 }
@@ -218,7 +243,8 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
 
 fn equal_sample(out: &mut String, scene: &SceneReport) {
     let title = format!("Equal samples: over `{}` with as many, 95 % interval over seeds", scene.baseline);
-    let names: Vec<&str> = ["method"].into_iter().chain(EQUAL_SAMPLE.map(|(title, _)| title)).collect();
+    let columns = equal_sample_columns(|measure| scene.equal_sample.iter().any(|q| q.measure == measure));
+    let names: Vec<&str> = ["method"].into_iter().chain(columns.iter().map(|(title, _)| *title)).collect();
     head(out, &title, &names, 1);
     for r in scene.results.iter().filter(|r| r.method != scene.baseline) {
         let cell = |(_, measure): &(&str, &str)| {
@@ -227,11 +253,11 @@ fn equal_sample(out: &mut String, scene: &SceneReport) {
             };
             scene.equal_sample.iter().find(same).map_or_else(|| "–".to_owned(), |q| ratio(q.ratio, q.interval))
         };
-        row(out, std::iter::once(row_label(scene, r)).chain(EQUAL_SAMPLE.iter().map(cell)));
+        row(out, std::iter::once(row_label(scene, r)).chain(columns.iter().map(cell)));
     }
     out.push('\n');
     let missing = scene.left_out.iter().filter_map(|l| {
-        let title = EQUAL_SAMPLE.iter().find(|(_, measure)| *measure == l.measure)?.0;
+        let title = columns.iter().find(|(_, measure)| *measure == l.measure)?.0;
         Some(format!("`{}`, {title}: {}", label(scene, &l.method, l.spp, &l.fallback), l.why))
     });
     let missing: Vec<String> = missing.collect();
