@@ -191,7 +191,7 @@ pub fn table(data: &Dataset, options: &TableOptions) -> Result<Table> {
     })
 }
 
-/// The factors asked for that this study has; all of the study's when none is asked for.
+/// Those of the named factors that this study has; all of the study's factors when none is named.
 fn used_factors(data: &Dataset, cells: &[usize], by: &[String]) -> Vec<usize> {
     let has = |f: &usize| cells.iter().any(|c| data.cells[*c].levels[*f].is_some());
     if by.is_empty() {

@@ -145,7 +145,7 @@ fn export(name: &str, out: Option<PathBuf>, detail: Option<f64>, console: &Conso
     let gltf = format!("{name}.gltf");
     let beside = Manifest { geometry: Some(Geometry::File(gltf.clone())), ..manifest };
     write(format!("{name}.cyclopean.json"), &serde_json::to_vec_pretty(&beside)?)?;
-    // Last: whoever finds the glTF finds all that it names.
+    // Last, so that a glTF that exists is complete.
     write(gltf.clone(), &made.gltf)?;
     console.line(format!("{} files; the scene is {}", written.len(), folder.join(&gltf).display()));
     console.object(&json!({ "scene": folder.join(&gltf).display().to_string(), "files": written }))?;

@@ -1,5 +1,5 @@
-//! How far a reference's paths have come, on disk: their sums, to go on from after Ctrl-C or when more are asked for, and
-//! how large their error was on the way. A file that is not what was written counts as none.
+//! The sums of a reference's paths on disk, from which more paths are added after Ctrl-C or for a larger count, and the errors
+//! at the checks so far. A damaged file counts as absent.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -92,7 +92,7 @@ impl Method {
         }
     }
 
-    /// The contrast between the eyes from which on the other eye is asked; `None`: everywhere.
+    /// The smallest contrast between the eyes at which the other eye is used; `None`: it is used everywhere.
     pub fn weber_share(&self) -> Option<f32> {
         (self.base.knob == Some(Knob::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
     }

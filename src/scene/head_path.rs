@@ -31,7 +31,7 @@ pub struct HeadPath {
     keys: Vec<HeadKey>,
 }
 
-/// Why keys make no path, or a path has not what is asked of it.
+/// The keys describe no path, or the path has fewer frames than a caller wants.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeadPathError {
     #[error("it has {0} poses; a path needs at least two")]

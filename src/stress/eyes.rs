@@ -1,4 +1,4 @@
-//! Two eyes: in one place, exchanged, turned, far apart.
+//! Unusual pairs of eyes: at the same position, exchanged, rotated, far apart.
 
 use std::sync::Arc;
 

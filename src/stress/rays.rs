@@ -114,7 +114,7 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// A mirror in the middle that sends the view's axis to `towards`, where a wall of two colours stands in view.
+/// A mirror in the middle that sends the view's axis to `towards`, where a wall of two colours is.
 fn corner(towards: DVec3) -> Arc<Scene> {
     let half = (DVec3::Z + towards).normalize();
     let turn = DQuat::from_rotation_arc(DVec3::Y, half);

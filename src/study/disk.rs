@@ -1,4 +1,4 @@
-//! Everything that study data does to a disk, in one place, so that a test can let each single step fail.
+//! Every operation on files of study data, so that a test can let each single step fail.
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};

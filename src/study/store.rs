@@ -5,7 +5,7 @@
 //! objects/KK/KEY/sbs_NNNNN.png                                        frame NNNNN of a moving stimulus, from 1
 //! requests/HASH.json                                                  request → KEY; HASH: of the request's JSON
 //! ```
-//! All but `timing.json` is the same whoever renders it, so that shards can be copied together.
+//! Everything but `timing.json` is the same on every machine of one kind, so that the parts of many machines can be copied together.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -212,7 +212,7 @@ const LOCK_WAIT: Duration = Duration::from_millis(20);
 /// Takes a journal's lock; it goes with the file.
 ///
 /// # Errors
-/// Another program has it.
+/// Another program holds its lock.
 pub fn lock(file: &File, path: &Path) -> Result<(), WriterError> {
     for _ in 0..LOCK_TRIES {
         match file.try_lock() {

@@ -48,7 +48,7 @@ enum DisplayKind {
     Openxr,
 }
 
-/// What can be looked at, in the order of the keys: what was asked for, the same without or with the frames before, and
+/// The methods in the order of their keys: the one on the command line, the same without or with accumulation over frames, then
 /// every other method.
 fn methods(asked: &Method) -> Vec<Method> {
     let others = Method::names().into_iter().filter_map(|name| Method::parse(name).ok());

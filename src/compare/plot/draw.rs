@@ -38,7 +38,7 @@ fn colors([ground, ink, soft, grid, methods @ ..]: [&str; 10]) -> String {
     rules
 }
 
-/// The beginning of a drawing of this size; `title` is also said to who cannot see it.
+/// The beginning of a drawing of this size; screen readers read `title`.
 pub fn open(title: &str, width: f64, height: f64, left: f64) -> String {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \

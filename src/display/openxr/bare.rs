@@ -1,4 +1,4 @@
-//! A headset without a study: whoever has pictures to show, rendered anew for each frame or words to each eye.
+//! A headset without a study, for callers that show pictures of their own: rendered for each frame, or words for each eye.
 
 use std::rc::Rc;
 use std::sync::mpsc::Receiver;

@@ -52,7 +52,7 @@ pub use operator::KEYS;
 pub use pace::Pace;
 pub use runtime::Runtime;
 
-/// While no frame is waited for: how often the runtime is asked, and how often the session hears that nothing is seen.
+/// While no frame is waited for, the runtime's events are polled, and the session is told that nothing is seen, this often.
 const IDLE_POLL: Duration = Duration::from_millis(10);
 const IDLE_NEWS: Duration = Duration::from_millis(100);
 /// A head that leans further breaks the stereo picture; warned of once, and again after it was upright.

@@ -38,7 +38,7 @@ impl Reader {
         reader
     }
 
-    /// What the scene may still take, whoever reads it.
+    /// The bytes that the scene may still take, shared by all readers.
     pub fn budget(&self) -> &Budget {
         &self.budget
     }

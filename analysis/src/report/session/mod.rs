@@ -1,4 +1,4 @@
-//! A session as a page that plays it: what stood when, answers, missed frames. For whoever runs a study, never for those
+//! A session as a page that plays it: what was shown when, answers, missed frames. For those who run a study, never for those
 //! who take part: it names the methods.
 
 mod told;
