@@ -100,6 +100,16 @@ fn the_built_in_scenes_look_alike() {
     agree(&gpu, "temple", &coarse("temple"), 8, &size);
 }
 
+/// All built-in scenes with all of their triangles: `cargo test --release --test cpu -- --ignored --nocapture full_detail`.
+#[test]
+#[ignore = "takes minutes"]
+fn the_built_in_scenes_look_alike_at_full_detail() {
+    let gpu = gpu();
+    for name in scene::builtin::NAMES {
+        agree(&gpu, name, &Arc::new(scene::load(name).expect("a built-in scene")), 16, &settings(160, 90));
+    }
+}
+
 /// A texture of four values a texel, of this side.
 fn texture(side: u32, srgb: bool, (wrap_u, wrap_v): (Wrap, Wrap), of: impl Fn(u32, u32) -> [u8; 4]) -> Texture {
     let texels: Vec<u8> = (0..side * side).flat_map(|i| of(i % side, i / side)).collect();
