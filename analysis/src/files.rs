@@ -1,8 +1,8 @@
 //! The one way to read a file, and the one way to write one.
 //!
-//! Read: regular files only, and no more of one than its reader has use for. A device can be endless and a named pipe
-//! can make its reader wait for ever; neither is opened, whatever its name or the link that leads to it. Written: whole
-//! under its final name, or not at all.
+//! Reading: only regular files are opened, and no more of one is read than its reader can use. A device can be endless,
+//! and a named pipe can make its reader wait for ever. Neither is opened, whatever its name is and whatever link leads
+//! to it. Writing: a file appears whole under its final name, or not at all.
 
 use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, BufRead, BufWriter, Read, Write};
@@ -10,10 +10,11 @@ use std::path::{Path, PathBuf};
 
 use crate::parts::{Part, folder_of};
 
-/// The most bytes of a file that people write (study, manifest, language) or that describes another (side-car, rows).
+/// The most bytes that are read of a file that people write (study, manifest, language) or that describes another file
+/// (side-car, rows).
 pub const MOST_TEXT: u64 = 16 << 20;
 
-/// The most bytes of a file of results or numbers, of a picture or a font.
+/// The most bytes that are read of a file of results or numbers, of a picture or of a font.
 pub const MOST_DATA: u64 = 1 << 30;
 
 /// Opens a regular file for reading, without waiting.
@@ -29,13 +30,14 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
-    // Asked before as well: to open a device can already do something.
+    // The type is checked before opening as well, because opening a device can already have an effect.
     match fs::metadata(path) {
         Ok(found) => regular(found.file_type())?,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
-    // Whatever has taken the file's place since: nothing waits for the other end of a pipe, and no terminal becomes ours.
+    // Something else may have taken the file's place since the check. These flags keep a named pipe from blocking, and
+    // a terminal from becoming this process's controlling terminal.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NONBLOCK | libc::O_NOCTTY);
     let file = options.open(path)?;
@@ -66,7 +68,7 @@ fn special(_: FileType) -> &'static str {
     "no file"
 }
 
-/// The bytes of a regular file that has `most` at most.
+/// Reads all bytes of a regular file that has at most `most`.
 ///
 /// # Errors
 /// As [`open`], or that the file is larger.
@@ -89,13 +91,13 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// Everything from a source that ends after `most` bytes, such as standard input.
+/// Appends to `into` everything that a source such as standard input gives, which may be at most `most` bytes.
 ///
 /// # Errors
 /// What the system says, or that there is more.
 pub fn read_at_most(source: impl Read, most: u64, into: &mut Vec<u8>) -> io::Result<()> {
     source.take(most.saturating_add(1)).read_to_end(into)?;
-    // A file that grows while it is read has said less than it holds.
+    // A file that grows while it is read holds more than its length said.
     if into.len() as u64 > most { Err(too_large("there is more", most)) } else { Ok(()) }
 }
 
@@ -103,7 +105,8 @@ fn too_large(what: &str, most: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("{what}, and at most {most} are read"))
 }
 
-/// The lines of a source, each of `longest` bytes at most; a longer one, or one that is not UTF-8, ends it as an error.
+/// The lines of a source, each of at most `longest` bytes. A longer line, or one that is not UTF-8, gives an error and
+/// ends the iteration.
 pub fn lines(mut source: impl BufRead, longest: u64) -> impl Iterator<Item = io::Result<String>> {
     let mut over = false;
     std::iter::from_fn(move || {
@@ -126,7 +129,7 @@ pub fn lines(mut source: impl BufRead, longest: u64) -> impl Iterator<Item = io:
     })
 }
 
-/// A file could not be written; nothing stands under its final name that was not there before.
+/// A file could not be written. Under its final name there is what was there before.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", path.display())]
 pub struct WriteError {
@@ -137,9 +140,11 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
-/// Writes `path` through a temporary neighbour that is this writer's own: content synced, renamed, directory synced.
+/// Writes `path` through a temporary file beside it that belongs to this writer alone. The content is synced, the file
+/// is renamed, and then the folder is synced.
 ///
-/// A crash at any moment leaves the old file or the new one, never a part; of several writers at once, the last one's.
+/// A crash at any moment leaves the old file or the new one, never a part of it. Of several writers at once, the last
+/// one's file stays.
 ///
 /// # Errors
 /// [`WriteError`] with the final path when the folder is missing, full or read-only, or `fill` fails.
@@ -154,8 +159,9 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<
     written.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// Fills a folder beside `path` and moves it there whole. One that stands there stays where `is_whole` says so: of several
-/// writers at once the first one's, whose content must be as good.
+/// Fills a folder beside `path` and then moves it there as a whole. A folder that stands there already stays if
+/// `is_whole` says that it is whole. Of several writers at once the first one's folder stays, so all must write equally
+/// good content.
 ///
 /// # Errors
 /// What `fill` says, and `path` is then as it was; or [`WriteError`].
@@ -172,7 +178,7 @@ pub fn write_folder<E: From<WriteError>>(
     part.place_folder(path, is_whole).and_then(|()| sync_directory(folder_of(path))).map_err(error)
 }
 
-/// [`write_whole`] for bytes in hand.
+/// [`write_whole`] for bytes that are in memory.
 ///
 /// # Errors
 /// As [`write_whole`].
@@ -180,7 +186,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_whole(path, |out| out.write_all(bytes))
 }
 
-/// Makes a created or renamed entry durable: on Unix the directory is synced, elsewhere the system does it.
+/// Makes a created or renamed entry durable. On Unix the folder is synced; elsewhere the system does it.
 ///
 /// # Errors
 /// What the system says.
