@@ -6,20 +6,20 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
-    /// Holm 1979: keeps the family-wise error.
+    /// Holm 1979: controls the family-wise error rate.
     #[default]
     Holm,
-    /// Benjamini and Hochberg 1995: keeps the false discovery rate.
+    /// Benjamini and Hochberg 1995: controls the false discovery rate.
     #[value(name = "bh", alias = "benjamini-hochberg")]
     BenjaminiHochberg,
-    /// Bonferroni: m·p.
+    /// Bonferroni: every p-value times the number of tests.
     Bonferroni,
-    /// Hommel 1988: keeps the family-wise error for tests that depend positively.
+    /// Hommel 1988: controls the family-wise error rate for tests that depend positively on each other.
     Hommel,
-    /// Benjamini and Yekutieli 2001: the false discovery rate under any dependence.
+    /// Benjamini and Yekutieli 2001: controls the false discovery rate under any dependence.
     #[value(name = "by", alias = "benjamini-yekutieli")]
     BenjaminiYekutieli,
-    /// None.
+    /// No adjustment.
     None,
 }
 
@@ -83,7 +83,8 @@ pub fn adjust(p: &[f64], correction: Correction) -> Vec<f64> {
     adjusted
 }
 
-/// Hommel's adjusted p of ascending `p`: the largest Simes p over all index sets that hold each hypothesis.
+/// Hommel's adjusted p-values of ascending `p`: for each hypothesis, the largest Simes p-value over all sets of
+/// hypotheses that contain it.
 fn hommel(p: &[f64]) -> Vec<f64> {
     let n = p.len();
     let simes = |of: &[f64], m: usize, from: usize| {
@@ -91,7 +92,8 @@ fn hommel(p: &[f64]) -> Vec<f64> {
     };
     let mut adjusted = vec![simes(p, n, 1); n];
     for m in (2..n).rev() {
-        // The m − 1 largest join every set of size m; the others come in one at a time.
+        // Of all sets of m hypotheses that contain a given one, the set with the m − 1 largest p-values has the largest
+        // Simes p-value.
         let (small, large) = p.split_at(n - m + 1);
         let joined = simes(large, m, 2);
         let q: Vec<f64> = small.iter().map(|p| (m as f64 * p).min(joined)).collect();

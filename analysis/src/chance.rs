@@ -1,4 +1,4 @@
-//! Named, portable random streams: ChaCha, one stream a purpose, and draws that no library update changes.
+//! Named, portable random streams: one ChaCha stream for each purpose, with draws that no library update changes.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -28,12 +28,12 @@ impl Stream {
         }
     }
 
-    /// Uniform in (0, 1), never an end: 53 bits and a half step.
+    /// Uniform in the open interval (0, 1): 53 random bits plus half a step, so that neither end occurs.
     pub fn unit(&mut self) -> f64 {
         ((self.0.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Standard normal, by the quantile: one draw, no rejection, no state.
+    /// A standard normal number: the quantile of one uniform draw, so that nothing is rejected and no state is kept.
     pub fn normal(&mut self) -> f64 {
         normal_quantile(self.unit())
     }

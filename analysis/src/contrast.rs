@@ -20,11 +20,11 @@ use crate::wilcoxon::{Alternative, Exact, Options, SignedRank, Zeros, signed_ran
 pub struct Contrast {
     /// The factor whose levels are compared.
     pub factor: String,
-    /// The level from which the other is taken.
+    /// The level from which `b` is subtracted.
     pub a: String,
-    /// The other level.
+    /// The level that is subtracted.
     pub b: String,
-    /// P-values are adjusted within a family.
+    /// The family of the comparison; p-values are adjusted within a family.
     pub family: String,
     /// One test for each level of this factor; such families are exploratory.
     pub per: Option<String>,
@@ -50,7 +50,7 @@ pub struct Pairs {
 pub struct TestOptions {
     /// The signed-rank test's choices.
     pub test: Options,
-    /// Within a family.
+    /// How p-values are adjusted within a family.
     pub correction: Correction,
     /// Level of the t interval of the mean paired difference; 0.9 belongs to two one-sided tests at 5 %.
     pub difference_level: f64,
@@ -92,11 +92,11 @@ pub struct ContrastResult {
     /// The test on participants' sums; estimates in scale steps.
     #[serde(flatten)]
     pub test: SignedRank,
-    /// Exact p where it exists, else asymptotic, adjusted within the family.
+    /// The exact p-value where it exists, else the asymptotic one, adjusted within the family.
     pub p_adjusted: f64,
     /// The adjustment.
     pub correction: Correction,
-    /// Tests in the family.
+    /// Number of tests in the family.
     pub family_size: usize,
     /// The paired difference.
     pub difference: Difference,
@@ -111,7 +111,7 @@ pub struct ContrastResult {
 /// All participant × cell pairs as if they were independent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pooled {
-    /// Says what it is.
+    /// A label that says that this test is not valid when people differ.
     pub label: &'static str,
     /// The test.
     #[serde(flatten)]
@@ -192,12 +192,12 @@ fn pair_up(data: &Dataset, matched: &[(usize, usize)], unmatched: Vec<String>) -
 }
 
 impl Pairs {
-    /// Differences of the sums in the unit of ratings: whole numbers where ratings are.
+    /// Differences of the sums of ratings; they are whole numbers where the ratings are.
     pub fn sums(&self) -> Vec<f64> {
         self.differences.iter().map(|d| *d as f64 / UNIT as f64).collect()
     }
 
-    /// Differences in scale steps.
+    /// Differences of the mean ratings, in scale steps.
     pub fn steps(&self) -> Vec<f64> {
         self.differences.iter().map(|d| *d as f64 / (UNIT as f64 * f64::from(self.votes))).collect()
     }
@@ -225,7 +225,7 @@ pub fn test(data: &Dataset, contrasts: &[Contrast], options: &TestOptions) -> Re
             for (at, cells) in strata {
                 match one(data, &study.id, contrast, at, &cells, options) {
                     Ok(r) => results.push(r),
-                    // Another study may have these levels; only when none has is it an error.
+                    // Another study may have these levels. It is an error only when no study has them.
                     Err(e @ Error::Usage(_)) if data.studies.len() > 1 || contrast.per.is_some() => {
                         refused.get_or_insert(e);
                     }
@@ -302,7 +302,7 @@ pub fn against(data: &Dataset, value: Option<i32>, options: &TestOptions) -> Res
     Ok(results)
 }
 
-/// The cells of each level of `per`, or all.
+/// The cells of each level of the contrast's factor `per`; all cells as one group where it names no factor.
 fn strata(data: &Dataset, cells: &[usize], contrast: &Contrast) -> Result<Vec<(Option<String>, Vec<usize>)>> {
     let Some(per) = &contrast.per else { return Ok(vec![(None, cells.to_vec())]) };
     let f = data
@@ -357,7 +357,7 @@ fn one(
     })
 }
 
-/// Shift estimates are made on sums and reported in scale steps.
+/// Turns the shift estimates of sums over `votes` votes into scale steps.
 fn in_steps(test: &mut SignedRank, votes: u32) {
     let v = f64::from(votes);
     for x in [&mut test.hodges_lehmann, &mut test.hodges_lehmann_lo, &mut test.hodges_lehmann_hi] {
@@ -411,9 +411,9 @@ fn adjust_families(results: &mut [ContrastResult], correction: Correction) {
 
 /// The contrasts to test when the request names none.
 ///
-/// The study file's own where it has some; else, where `method` has the levels, stereo − sssr alone and
-/// the family {stereo, sssr} − path-traced; else all pairs of the first factor's levels, each family and
-/// the pairs per scene apart.
+/// The study file's own contrasts where it has some. Else, where the factor has the levels `stereo` and `sssr`: stereo
+/// − sssr in a family of its own, {stereo, sssr} − path-traced as a second family, and stereo − sssr for each scene as
+/// an exploratory family. Else all pairs of levels of `method`, or of the first factor where there is no `method`.
 pub fn default_contrasts(data: &Dataset) -> Vec<Contrast> {
     let planned: Vec<Contrast> =
         data.studies.iter().filter_map(|s| s.plan.as_ref()).flat_map(|p| &p.contrasts).map(from_plan).collect();
@@ -489,7 +489,8 @@ pub fn planned_options(data: &Dataset) -> TestOptions {
     options
 }
 
-/// Each complete participant's sum for every level of a factor, in steps, and who is not complete.
+/// Each complete participant's sum for every level of a factor, in scale steps; and the participants who are not
+/// complete.
 ///
 /// # Errors
 /// [`Error::Data`] when the levels have no cell in common.
@@ -508,7 +509,7 @@ pub fn scores(
         cells.iter().copied().filter(|c| data.cells[*c].levels[factor].as_deref() == Some(level)).collect()
     };
     let Some(first) = levels.first() else { return Err(Error::data("no levels to compare")) };
-    // Rows of cells, one a level, under the same other factors; only complete rows are compared.
+    // Each block holds one cell for each level, with equal levels of all other factors. Only whole blocks are compared.
     let blocks: Vec<Vec<usize>> = of(first)
         .into_iter()
         .filter_map(|c| {

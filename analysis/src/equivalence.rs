@@ -1,7 +1,7 @@
 //! Is a difference small enough not to matter? Two one-sided exact signed-rank tests.
 //!
-//! Non-significance cannot say so. With a margin M fixed beforehand, both "the difference is −M or less"
-//! and "it is M or more" must be rejected.
+//! A test that does not reject equality cannot answer that. With a margin M fixed beforehand, both "the difference is
+//! −M or less" and "it is M or more" must be rejected.
 
 use serde::Serialize;
 
@@ -13,25 +13,25 @@ use crate::wilcoxon::{Alternative, Exact, Options, signed_rank};
 /// The result of both one-sided tests.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
-    /// Half width of the zone of no matter, in scale steps.
+    /// Half width of the zone of equivalence, in scale steps: smaller differences do not matter.
     pub margin: f64,
     /// Level of each one-sided test, α.
     pub alpha: f64,
     /// Participants.
     pub n: usize,
-    /// p of "the difference is above −M".
+    /// p-value of the test whose alternative is "the difference is above −M".
     pub p_lower: f64,
-    /// p of "the difference is below +M".
+    /// p-value of the test whose alternative is "the difference is below +M".
     pub p_upper: f64,
-    /// The larger of the two: the p of equivalence.
+    /// The larger of the two: the p-value of equivalence.
     pub p: f64,
-    /// p ≤ α.
+    /// Whether p ≤ α.
     pub equivalent: bool,
     /// The mean paired difference with its (1 − 2α) t interval.
     pub difference: Difference,
     /// How it was computed.
     pub convention: String,
-    /// What a reader must know.
+    /// Remarks that a reader of these numbers needs.
     pub notes: Vec<String>,
 }
 
@@ -47,7 +47,7 @@ pub fn equivalence(pairs: &Pairs, margin: f64, alpha: f64) -> Result<Equivalence
     if !(alpha > 0.0 && alpha < 0.5) {
         return Err(Error::usage(format!("alpha {alpha} is not between 0 and 0.5, for example 0.05")));
     }
-    // Doubled whole numbers: half a step of margin per vote stays exact, and so do ties with it.
+    // All sums are doubled whole numbers, so that a margin of half a step per vote stays exact, and so do ties with it.
     let shift = (2.0 * margin * f64::from(pairs.votes) * UNIT as f64).round() as i64;
     let shifted = |by: i64| -> Vec<f64> { pairs.differences.iter().map(|d| (2 * d + by) as f64).collect() };
     let one_sided = |d: &[f64], alternative| {
@@ -77,12 +77,12 @@ pub fn equivalence(pairs: &Pairs, margin: f64, alpha: f64) -> Result<Equivalence
     })
 }
 
-/// An equivalence test and its pair.
+/// An equivalence test and the two levels that it compares.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NamedEquivalence {
     /// Study id; empty when the source has none.
     pub study: String,
-    /// A level of `method`, or of the factor asked for.
+    /// A level of `method`, or of the factor that was asked for.
     pub a: String,
     /// The other level.
     pub b: String,
@@ -91,8 +91,9 @@ pub struct NamedEquivalence {
     pub result: Equivalence,
 }
 
-/// The equivalence tests that the study files fixed; with a `margin` given, stereo − path-traced in any
-/// study without a plan too. Without a margin nothing is claimed.
+/// Runs the equivalence tests that the study files fixed; `margin`, where given, replaces their margins. With a
+/// `margin`, stereo − path-traced is tested in each study that fixed no test. A study without a test and a margin gets
+/// no result.
 ///
 /// # Errors
 /// As [`equivalence`]; [`Error::Data`] when no participant is complete.
@@ -115,7 +116,7 @@ pub fn planned_equivalences(data: &Dataset, margin: Option<f64>, alpha: f64) -> 
                 b: b.to_owned(),
                 result: equivalence(&p, m, alpha)?,
             }),
-            // The methods do not occur: nothing to claim for this study.
+            // The study does not show these methods, so it gets no result.
             Err(Error::Usage(_)) if planned.is_none() => {}
             Err(e) => return Err(e),
         }

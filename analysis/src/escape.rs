@@ -1,18 +1,21 @@
-//! What people and files may call things, made harmless for where it is written: one function a medium.
+//! Names that come from people and files, made harmless for the medium they are written to: one function for each
+//! medium.
 //!
-//! A name can hold what a terminal obeys (`ESC [ 2 J` clears it), what a spreadsheet computes (`=HYPERLINK(…)`), and
-//! what a page or a typesetter runs. Such characters become visible, as Rust writes them: `\u{1b}`.
+//! A name can hold control sequences for a terminal (`ESC [ 2 J` clears it), formulas for a spreadsheet
+//! (`=HYPERLINK(…)`), and code for a page or a typesetter. Such characters become visible, as Rust writes them:
+//! `\u{1b}`.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Neither seen nor words: controls (C0, DEL, C1), line and paragraph separators, and what turns the direction of text.
+/// Whether a character is invisible and no part of words: control characters (C0, DEL, C1), line and paragraph
+/// separators, and marks that change the direction of text.
 fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Hidden characters but those that `keep` wants, made visible.
+/// Makes hidden characters visible, except those that `keep` accepts.
 fn visible(text: &str, keep: impl Fn(char) -> bool) -> Cow<'_, str> {
     let hide = |c: char| is_hidden(c) && !keep(c);
     if !text.contains(hide) {
@@ -25,17 +28,18 @@ fn visible(text: &str, keep: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// For a terminal: a page, whose line feeds and tabs stay.
+/// For a terminal: text of several lines, whose line feeds and tabs stay.
 pub fn terminal(text: &str) -> Cow<'_, str> {
     visible(text, |c| matches!(c, '\n' | '\t'))
 }
 
-/// For a terminal: one line. A line feed in a name begins no second one.
+/// For a terminal: one line. Line feeds become visible too, so that a name cannot begin a second line.
 pub fn line(text: &str) -> Cow<'_, str> {
     visible(text, |_| false)
 }
 
-/// For a terminal: a JSON text, whose strings keep their meaning. `serde_json` writes C0 alone as escapes.
+/// For a terminal: a JSON text. Hidden characters become JSON escapes, so that strings keep their meaning; `serde_json`
+/// by itself escapes only C0.
 pub fn json(text: &str) -> Cow<'_, str> {
     let hide = |c: char| is_hidden(c) && !matches!(c, '\n' | '\t');
     if !text.contains(hide) {
@@ -43,7 +47,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        // Every hidden character is below U+10000: one unit of UTF-16.
+        // Every hidden character is below U+10000, so one unit of UTF-16 is enough.
         let _ = if hide(c) { write!(out, "\\u{:04x}", u32::from(c)) } else { out.write_char(c) };
     }
     Cow::Owned(out)
@@ -65,7 +69,7 @@ pub fn html(text: &str) -> String {
     out
 }
 
-/// For Markdown, within a line or a table's cell: no line ends there, no column, no tag begins.
+/// For Markdown, within a line or a table's cell. The result ends no line and no column, and begins no tag.
 pub fn markdown(text: &str) -> String {
     let text = line(text);
     let mut out = String::with_capacity(text.len());
@@ -95,7 +99,7 @@ pub fn latex(text: &str) -> String {
             '\\' => out += "\\textbackslash{}",
             '<' => out += "\\textless{}",
             '>' => out += "\\textgreater{}",
-            // After `\\` and `\item` these would be arguments.
+            // After `\\` and `\item` these characters would be arguments.
             '[' => out += "{[}",
             '*' => out += "{*}",
             '±' => out += "$\\pm$",
@@ -106,8 +110,8 @@ pub fn latex(text: &str) -> String {
     out
 }
 
-/// For the name of a file in a folder, before its extension: no other folder, nothing hidden, and short enough for any
-/// file system.
+/// For a file's name without its extension. The result leads to no other folder, holds no hidden character, and is
+/// short enough for any file system.
 pub fn file_name(text: &str) -> String {
     const LONGEST: usize = 180;
     let plain = |c: char| if matches!(c, '/' | '\\' | ' ') || is_hidden(c) { '-' } else { c };
@@ -121,11 +125,11 @@ pub fn file_name(text: &str) -> String {
     name
 }
 
-/// For a cell of text in CSV, before it is quoted: spreadsheets take no cell for a formula, and [`csv_read`] gives the
-/// text back as it was. Numbers are written as they are, without this.
+/// For a cell of text in CSV, before it is quoted. No spreadsheet takes the result for a formula, and [`csv_read`]
+/// restores the text. Cells with numbers are written as they are, without this function.
 ///
-/// A quote mark stands before what begins with `=`, `+`, `-` or `@`, as spreadsheets have it for text; hidden characters
-/// are made visible.
+/// Text that begins with `=`, `+`, `-` or `@` gets a quote mark before it, which spreadsheets read as a mark of text.
+/// Hidden characters are made visible.
 pub fn csv(text: &str) -> Cow<'_, str> {
     let plain = !is_guarded(text) && !text.contains(is_hidden) && !text.contains("\\u{");
     if plain {
@@ -145,7 +149,7 @@ pub fn csv(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The text that [`csv()`] made `cell` of.
+/// Restores the text from which [`csv()`] made `cell`.
 pub fn csv_read(cell: &str) -> Cow<'_, str> {
     let text = cell.strip_prefix('\'').filter(|rest| is_guarded(rest)).unwrap_or(cell);
     if !text.contains("\\u{") {
@@ -163,7 +167,7 @@ pub fn csv_read(cell: &str) -> Cow<'_, str> {
                 out.push(c);
                 rest = after;
             }
-            // Not one of ours: it stays.
+            // This is no escape that `csv` writes, so it stays.
             None => {
                 out += "\\u{";
                 rest = &escaped[3..];
@@ -174,7 +178,7 @@ pub fn csv_read(cell: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// It begins a formula, or would once a quote mark is taken off.
+/// Whether the text begins a formula, or would begin one without its leading quote marks.
 fn is_guarded(text: &str) -> bool {
     text.trim_start_matches('\'').starts_with(['=', '+', '-', '@'])
 }

@@ -1,4 +1,4 @@
-//! Friedman's test of more than two conditions, participant by participant.
+//! Friedman's test: do more than two conditions differ, each scored by every participant?
 
 use serde::Serialize;
 
@@ -16,13 +16,13 @@ pub struct Friedman {
     pub chi_squared: Option<f64>,
     /// Degrees of freedom, k − 1.
     pub df: usize,
-    /// P(χ² ≥ observed) by the χ² approximation; 1 without differences.
+    /// P(χ² ≥ observed) by the χ² approximation; 1 when no scores differ.
     pub p: f64,
-    /// Kendall's W = χ²/(n(k − 1)), 0 none … 1 complete agreement.
+    /// Kendall's W = χ²/(n(k − 1)), from 0 (no agreement) to 1 (complete agreement).
     pub kendall_w: Option<f64>,
     /// Mean rank of each condition, in the order given.
     pub mean_ranks: Vec<f64>,
-    /// What a reader must know.
+    /// Remarks that a reader of these numbers needs.
     pub notes: Vec<String>,
 }
 
@@ -71,7 +71,7 @@ pub fn friedman(scores: &[Vec<f64>]) -> Result<Friedman> {
         }
     }
     let (nf, kf) = (n as f64, k as f64);
-    // Centred, so that nothing large cancels.
+    // The rank sums are centred first, so that no large numbers cancel.
     let middle = nf * (kf + 1.0) / 2.0;
     let spread: f64 = sums.iter().map(|s| (s - middle).powi(2)).sum();
     let correction = 1.0 - ties / (nf * kf * (kf * kf - 1.0));

@@ -1,4 +1,5 @@
-//! A journal looked at without analysing it: form, order, gaps, timing.
+//! Checks a journal without analysing its answers: form, order, gaps and timing. `mos check` and reports show the
+//! result.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,21 +17,21 @@ pub struct Timing {
     pub shown: u64,
     /// Attempts that do not count.
     pub invalid: u64,
-    /// Why, with the number of attempts.
+    /// Why attempts do not count, with the number of attempts for each reason.
     pub reasons: BTreeMap<String, u64>,
     /// Frames shown.
     pub frames: u64,
-    /// Frames asked for.
+    /// Frames that the study asked for.
     pub frames_asked: u64,
     /// Missed frames, Σ round(Δ/period) − 1.
     pub missed: u64,
-    /// Frames that the runtime asked not to draw.
+    /// Frames that the runtime asked the program not to draw.
     pub unrendered: u64,
     /// Longest gap between two frames, milliseconds.
     pub longest_gap_ms: f64,
     /// Longest loss of focus, visibility or drawing in one presentation, milliseconds.
     pub longest_lost_ms: f64,
-    /// How far the times can be trusted: the least trustworthy word met.
+    /// How far the times can be trusted: the lowest trust of any presentation.
     pub trust: Option<Trust>,
 }
 
@@ -41,9 +42,9 @@ pub struct Inspection {
     pub path: PathBuf,
     /// The error that stopped the reading; `None`: the journal is whole.
     pub error: Option<String>,
-    /// Whole and believed lines.
+    /// Lines that are whole and whose check sums are right.
     pub lines: u64,
-    /// Their bytes.
+    /// Bytes of these lines.
     pub bytes: u64,
     /// Study id.
     pub study: String,
@@ -59,17 +60,17 @@ pub struct Inspection {
     pub planned: u64,
     /// Trials with an answer that counts.
     pub answered: u64,
-    /// Trials that stay without one.
+    /// Trials that will stay without such an answer.
     pub missing: u64,
-    /// Times the file was opened again, and the gaps in wall time, milliseconds.
+    /// For each time the file was opened again, the gap in wall time, milliseconds.
     pub resumes_ms: Vec<i64>,
-    /// Bytes of torn lines set aside on resuming.
+    /// Bytes of torn lines that were set aside on resuming.
     pub cut_bytes: u64,
     /// Answers slower than two minutes, which pause the session.
     pub pauses: u64,
     /// Median time from the panel's opening to the confirmation, milliseconds.
     pub median_answer_ms: Option<f64>,
-    /// Display, as the header has it.
+    /// The display, as the header describes it.
     #[serde(skip)]
     pub display: Option<Display>,
     /// Timing of the presentations.
@@ -186,7 +187,7 @@ pub fn inspect(path: &Path) -> Inspection {
     out
 }
 
-/// The word that claims less.
+/// The lower of two levels of trust.
 fn least(a: Trust, b: Trust) -> Trust {
     let rank = |t: Trust| match t {
         Trust::Virtual => 0,
@@ -197,7 +198,7 @@ fn least(a: Trust, b: Trust) -> Trust {
     if rank(a) <= rank(b) { a } else { b }
 }
 
-/// The word in a journal.
+/// The word for a level of trust in a journal.
 pub fn trust_name(trust: Trust) -> &'static str {
     match trust {
         Trust::Virtual => "virtual",

@@ -26,7 +26,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// In words, for captions.
+    /// The method's name in words, for captions.
     pub fn words(self) -> &'static str {
         match self {
             Self::T => "Student t",
@@ -70,7 +70,7 @@ pub struct Interval {
     pub lo: Option<f64>,
     /// Upper end, in scale steps.
     pub hi: Option<f64>,
-    /// Why an end is missing, or what flags these votes.
+    /// Why an end is missing, and warnings about these votes.
     pub notes: Vec<String>,
 }
 
@@ -117,9 +117,10 @@ fn around_mean(x: &[f64], quantile: impl Fn(f64) -> f64) -> Interval {
 
 /// Interval of the mean when all `n` votes stand at one end of the scale.
 ///
-/// s = 0 would give an interval of width zero. Were the share of observers who vote at the end π, then
-/// n of n happen with πⁿ ≥ α/2 only for π ≥ (α/2)^{1/n}; at worst all others vote K − 1 steps away, so
-/// the mean is at least low + (K − 1)·(α/2)^{1/n} (mirrored at the bottom). 3.96 for ten fives at 90 %.
+/// A t interval would have width zero, because s = 0. If a share π of all observers votes at this end, n of n votes
+/// there have the probability πⁿ, which is α/2 or more only for π ≥ (α/2)^{1/n}. At worst all others vote K − 1 steps
+/// away, so the mean is at least low + (K − 1)·(α/2)^{1/n} (mirrored at the bottom). This is 3.96 for ten fives at 90
+/// %.
 pub fn unanimous(at: f64, n: usize, scale: Scale, level: f64) -> Option<Interval> {
     let span = scale.high - scale.low;
     let bound = span * (0.5 * (1.0 - level)).powf(1.0 / n as f64);
@@ -134,8 +135,8 @@ pub fn unanimous(at: f64, n: usize, scale: Scale, level: f64) -> Option<Interval
 
 /// Clopper–Pearson or Jeffreys for N = (K − 1)·n trials with k = Σ(y − low) successes (Hoßfeld et al. 2016).
 ///
-/// This is a model: it takes every vote for a binomial draw of K − 1 trials and fits only votes that spread
-/// no wider; see [`dispersion`].
+/// This is a model. It takes every vote for a binomial draw of K − 1 trials, so it fits only votes that spread no
+/// wider; see [`dispersion`].
 pub fn binomial_model(x: &[f64], scale: Scale, level: f64, jeffreys: bool) -> Interval {
     let span = scale.high - scale.low;
     let trials = span * x.len() as f64;
@@ -155,7 +156,7 @@ pub fn share(k: f64, n: f64, level: f64, jeffreys: bool) -> (f64, f64) {
     let tail = 0.5 * (1.0 - level);
     let half = if jeffreys { 0.5 } else { 0.0 };
     let lo = if k <= 0.0 { 0.0 } else { beta_quantile(tail, k + half, n - k + 1.0 - half) };
-    // The upper end is the lower end of the failures' share: their tail stays exact.
+    // The upper end comes from the lower end of the share of failures, whose tail keeps its precision.
     let hi = if k >= n { 1.0 } else { 1.0 - beta_quantile(tail, n - k + half, k + 1.0 - half) };
     (lo, hi)
 }
@@ -171,7 +172,7 @@ pub fn share_wilson(k: f64, n: f64, level: f64) -> (f64, f64) {
     (if k == 0.0 { 0.0 } else { lo.max(0.0) }, if k == n { 1.0 } else { hi.min(1.0) })
 }
 
-/// s² over the variance that the binomial model gives, (K − 1)·p̂·(1 − p̂); above 1 the model is too narrow.
+/// s² divided by the variance (K − 1)·p̂·(1 − p̂) of the binomial model. Above 1 the model's interval is too narrow.
 pub fn dispersion(x: &[f64], scale: Scale) -> Option<f64> {
     let (mean, sd) = mean_sd(x);
     let span = scale.high - scale.low;
@@ -184,7 +185,7 @@ pub fn dispersion(x: &[f64], scale: Scale) -> Option<f64> {
 fn resampled(x: &[f64], boot: Bootstrap, purpose: u64) -> Vec<f64> {
     let mut stream = Stream::new(boot.seed, purpose);
     let n = x.len() as u32;
-    // The first value is taken off so that the means of equal votes are equal to the last bit.
+    // The first value is subtracted, so that the means of equal votes are equal to the last bit.
     let shift = x[0];
     let shifted: Vec<f64> = x.iter().map(|v| v - shift).collect();
     let mut means: Vec<f64> = (0..boot.resamples)
@@ -213,7 +214,7 @@ pub fn percentile(x: &[f64], level: f64, boot: Bootstrap, purpose: u64) -> Inter
     Interval::of(order_statistic(&means, tail), order_statistic(&means, 1.0 - tail))
 }
 
-/// BCa bootstrap of the mean (Efron 1987): z₀ counts ties half, the acceleration is the jackknife's.
+/// BCa bootstrap of the mean (Efron 1987). z₀ counts ties half, and the acceleration comes from the jackknife.
 pub fn bca(x: &[f64], level: f64, boot: Bootstrap, purpose: u64) -> Interval {
     if x.len() < 2 {
         return Interval::none("one vote: no interval");
@@ -223,7 +224,7 @@ pub fn bca(x: &[f64], level: f64, boot: Bootstrap, purpose: u64) -> Interval {
         return Interval::none("BCa undefined: all votes are equal");
     }
     let means = resampled(x, boot, purpose);
-    // Means of discrete votes differ in their last bits although they are equal.
+    // Means of discrete votes that are equal can differ in their last bits.
     let same = 1e-12 * (1.0 + mean.abs());
     let below = means.partition_point(|m| *m < mean - same) as f64;
     let upto = means.partition_point(|m| *m <= mean + same) as f64;

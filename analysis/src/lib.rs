@@ -1,18 +1,19 @@
-//! Journals of Cyclopean's studies and what follows from them.
+//! Reads the journals of Cyclopean's studies and analyses them. The program `mos` and the application `cyclopean` call
+//! it.
 //!
 //! No graphics dependency: this crate builds on any laptop in seconds.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`journal`] | the record types, the line codec, the reader: the format of a session |
-//! | [`data`] | journals and tidy CSV, reduced to one tally a participant and cell |
+//! | [`data`] | journals and tidy CSV, reduced to one tally for each participant and cell |
 //! | [`mos`], [`interval`] | mean opinion scores and their intervals |
-//! | [`wilcoxon`], [`contrast`], [`adjust`] | the signed-rank family, paired contrasts, families |
-//! | [`equivalence`], [`friedman`], [`preference`] | two one-sided tests, several conditions, forced choices |
-//! | [`screen`], [`power`] | observers, planning and coverage |
-//! | [`report`], [`export`], [`inspect`] | pages and tables, other people's formats, a journal's health |
-//! | [`files`], [`parts`] | the one way to read a file, and the one way to write one; what killed writers leave |
-//! | [`escape`], [`terminal`] | what may not reach a terminal, a table or a page as it stands; printing |
+//! | [`wilcoxon`], [`contrast`], [`adjust`] | signed-rank tests, paired contrasts, corrections within a family |
+//! | [`equivalence`], [`friedman`], [`preference`] | equivalence by two one-sided tests, several conditions, forced choices |
+//! | [`screen`], [`power`] | screening of observers; planning of studies, coverage of intervals |
+//! | [`report`], [`export`], [`inspect`] | pages and tables, formats of other programs, checks of a journal |
+//! | [`files`], [`parts`] | the one way to read a file, and the one way to write one; removal of what killed writers leave |
+//! | [`escape`], [`terminal`] | names made harmless for terminals, tables and pages; printing |
 //! | [`manual`] | shell completions and manual pages of a program |
 //!
 //! ```
@@ -57,7 +58,7 @@ pub mod wilcoxon;
 
 pub use error::{Error, Result};
 
-/// The worked example of a statistic is compiled and run.
+/// Compiles and runs the worked example of a statistic in docs/contributing.md.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/contributing.md")]
 struct Contributing;

@@ -1,4 +1,4 @@
-//! Shell completions and manual pages, made of a program's own definition of its command line.
+//! Shell completions and manual pages, made from a program's own definition of its command line.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ pub use clap_complete::Shell;
 use crate::files::{WriteError, write_whole};
 use crate::terminal;
 
-/// Which shell.
+/// Options of the command `completions`.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Completions {
     /// The shell that the script is for
@@ -28,7 +28,7 @@ impl Completions {
     }
 }
 
-/// Where to.
+/// Options of the command `man`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Manual {
     /// Folder for the pages; made when missing
@@ -37,7 +37,7 @@ pub struct Manual {
 }
 
 impl Manual {
-    /// Writes `NAME.1`, and `NAME-SUBCOMMAND.1` for each subcommand, and gives their paths.
+    /// Writes `NAME.1`, and `NAME-SUBCOMMAND.1` for each subcommand, and returns their paths.
     ///
     /// # Errors
     /// [`WriteError`] with the page that could not be written.

@@ -1,4 +1,4 @@
-//! Mean opinion scores: one row for each combination of the factors asked for.
+//! Mean opinion scores: one row for each combination of levels of the chosen factors.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::special::mean_sd;
 /// What a table shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableOptions {
-    /// Factors that make the rows; empty: every factor of the study.
+    /// Factors whose combinations make the rows; empty: every factor of the study.
     pub by: Vec<String>,
     /// The interval.
     pub method: Method,
@@ -21,7 +21,7 @@ pub struct TableOptions {
     pub level: f64,
     /// Bootstrap size and seed.
     pub boot: Bootstrap,
-    /// Lowest and highest rating where the data do not say.
+    /// Lowest and highest rating; `None`: as the data say.
     pub scale: Option<Scale>,
 }
 
@@ -38,21 +38,22 @@ pub struct Row {
     pub study: String,
     /// Factor and level.
     pub factors: Vec<(String, String)>,
-    /// Participants with a vote here: the units that the interval counts.
+    /// Participants with a vote in this row: the units of the interval.
     pub n: usize,
-    /// Votes; more than `n` when a row covers several cells or showings.
+    /// Votes; more than `n` when a row covers several cells or repetitions.
     pub votes: u64,
-    /// Mean over participants of each one's mean vote, in scale steps.
+    /// Mean of the participants' mean votes, in scale steps.
     pub mean: f64,
-    /// Standard deviation with n − 1 of the same.
+    /// Standard deviation (n − 1) of the participants' mean votes.
     pub sd: Option<f64>,
-    /// The interval and what flags it.
+    /// The interval with its warnings.
     pub interval: Interval,
-    /// All votes equal.
+    /// Whether all votes are equal.
     pub unanimous: bool,
-    /// Variance over the binomial model's; above 1 that model is too narrow. Single votes only.
+    /// Variance of the votes divided by that of the binomial model; above 1 that model is too narrow. Only where each
+    /// participant has a single vote.
     pub dispersion: Option<f64>,
-    /// Votes by rating, the scale's empty steps included.
+    /// Number of votes for each rating, including the steps of a short scale that nobody chose.
     pub counts: BTreeMap<Score, u64>,
     /// The scale's ends, if known.
     pub scale: Option<Scale>,
@@ -107,7 +108,7 @@ pub struct Table {
     pub notes: Vec<String>,
 }
 
-/// Serialised head of a table.
+/// The fields of a table's JSON object.
 #[derive(Serialize)]
 struct Head<'a> {
     level: f64,
@@ -191,7 +192,7 @@ pub fn table(data: &Dataset, options: &TableOptions) -> Result<Table> {
     })
 }
 
-/// Those of the named factors that this study has; all of the study's factors when none is named.
+/// The factors of the request that this study has; all factors of the study when the request names none.
 fn used_factors(data: &Dataset, cells: &[usize], by: &[String]) -> Vec<usize> {
     let has = |f: &usize| cells.iter().any(|c| data.cells[*c].levels[*f].is_some());
     if by.is_empty() {
@@ -268,7 +269,7 @@ fn interval_of(units: &[f64], single: bool, scale: Option<Scale>, options: &Tabl
     }
 }
 
-/// Adds what a reader must know about these votes, and the honest bound of a unanimous end.
+/// Adds warnings about these votes, and replaces the interval where all votes stand at one end of the scale.
 fn flag(
     interval: &mut Interval,
     options: &TableOptions,
@@ -300,7 +301,7 @@ fn flag(
     }
 }
 
-/// Names participants who lack votes that others gave in the same study.
+/// Names the participants who lack votes that others gave in the same study.
 fn missing_votes(data: &Dataset) -> Vec<String> {
     let mut notes = Vec::new();
     for s in 0..data.studies.len() {

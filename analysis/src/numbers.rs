@@ -1,4 +1,4 @@
-//! Plain columns of numbers, subtracted without breaking ties.
+//! Reads plain columns of numbers, and subtracts two columns so that equal differences stay equal.
 
 use std::path::Path;
 
@@ -76,13 +76,13 @@ pub fn differences(content: &[u8], path: &Path) -> Result<Vec<f64>> {
     Ok(out)
 }
 
-/// x − y as decimals: both as whole numbers over one power of ten, and the quotient rounded once.
+/// x − y in decimal arithmetic: both become whole numbers over the same power of ten, and only the result is rounded.
 fn subtract(x: &str, y: &str) -> Option<f64> {
     let ((a, p), (b, q)) = (decimal(x)?, decimal(y)?);
     let places = p.max(q);
     let scaled = |v: i128, from: u32| v.checked_mul(10i128.checked_pow(places - from)?);
     let difference = scaled(a, p)?.checked_sub(scaled(b, q)?)?;
-    // Through the decimal text, so that the nearest f64 is taken whatever the number of places.
+    // Parsing the decimal text gives the nearest f64, whatever the number of places.
     format!("{difference}e-{places}").parse().ok()
 }
 

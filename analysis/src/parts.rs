@@ -1,10 +1,10 @@
-//! What is being written and not whole yet: a name beside the final one that one writer has to itself, and what is left
-//! of writers that were killed.
+//! Files that are being written: each writer has a temporary name of its own beside the final one. What killed writers
+//! left is removed.
 //!
-//! A writer makes the file `.NAME.PID.N.part` in the folder of NAME and holds a lock on it until it is done. Process
-//! numbers of two machines that share a folder can be equal; a name that is there is therefore never taken. What belongs
-//! to the part has its name with another ending: `.folder` is a folder on its way to NAME, `.dead` is on its way out.
-//! [`sweep`] removes the parts that nobody holds.
+//! A writer makes the file `.NAME.PID.N.part` in the folder of NAME and holds a lock on it until it is done. Two
+//! machines that share a folder can have equal process numbers, so a name that exists is never taken. Folders that
+//! belong to a part have its name with another ending: `.folder` is being filled and will become NAME, `.dead` is being
+//! removed. [`sweep`] removes the parts that no writer holds. [`crate::files`] writes through parts.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -15,7 +15,7 @@ use crate::files;
 /// Names that are tried before a writer gives up.
 const MOST_NAMES: u32 = 10_000;
 
-/// A name that no other writer has.
+/// A temporary file that only its writer uses; it is removed on drop unless it was placed.
 #[derive(Debug)]
 pub struct Part {
     path: PathBuf,
@@ -24,7 +24,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// A new, empty file in the folder of `path`, locked where the file system can.
+    /// Makes a new, empty file in the folder of `path`, and locks it if the file system can.
     ///
     /// # Errors
     /// What the system says: no folder, no space, no permission.
@@ -38,7 +38,7 @@ impl Part {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
                 Err(error) => return Err(error),
             };
-            // Someone who sweeps may have been faster to lock it, and to remove it.
+            // A process that sweeps may have locked the file first, and removed it.
             let swept = matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || !path.exists();
             if !swept {
                 return Ok(Part { path, file, placed: false });
@@ -47,17 +47,17 @@ impl Part {
         Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("{MOST_NAMES} unfinished files stand beside it")))
     }
 
-    /// To write into.
+    /// The file to write into.
     pub fn file(&self) -> &File {
         &self.file
     }
 
-    /// Where a folder may be filled that belongs to this part; it is not made.
+    /// Path of the folder that belongs to this part. The caller makes and fills it.
     pub fn folder(&self) -> PathBuf {
         self.path.with_extension("folder")
     }
 
-    /// Gives the file its final name, in the place of what stands there.
+    /// Renames the file to its final name and replaces what stands there.
     ///
     /// # Errors
     /// What the system says.
@@ -67,8 +67,8 @@ impl Part {
         Ok(())
     }
 
-    /// Gives the part's folder its final name. What stands there already stays where `is_whole` says so, and the part's
-    /// folder goes; else it makes way.
+    /// Renames the part's folder to its final name. A folder that stands there already stays if `is_whole` says that it
+    /// is whole, and the part's folder is then removed. Otherwise the part's folder replaces it.
     ///
     /// # Errors
     /// What the system says.
@@ -86,7 +86,7 @@ impl Part {
             if is_whole() {
                 return gone(fs::remove_dir_all(&folder));
             }
-            // In one step, so that nobody finds half of it.
+            // The old folder is renamed in one step, so that nobody finds half of it.
             let dead = self.path.with_extension("dead");
             gone(fs::rename(path, &dead))?;
             gone(fs::remove_dir_all(&dead))?;
@@ -96,21 +96,21 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Once it has its final name, the other one may be someone else's.
+        // Once the file has its final name, another writer may own a file of the temporary name.
         if self.placed {
             return;
         }
-        // Whatever went wrong was said; what is left is litter.
+        // The caller has reported what went wrong. What remains here is of no use.
         let _ = fs::remove_dir_all(self.folder());
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Removes from a folder what writers have left that were killed, and nothing that a writer is at work on. Where the file
-/// system has no locks, nothing is removed. Gives the number of parts.
+/// Removes what killed writers have left in a folder, and nothing that a writer is at work on. Where the file system
+/// has no locks, nothing is removed. Returns the number of parts removed.
 ///
 /// # Errors
-/// What the system says of the folder; one that is not there holds nothing.
+/// What the system says about the folder. A missing folder is no error: it holds nothing.
 pub fn sweep(folder: &Path) -> io::Result<usize> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(0),
@@ -130,7 +130,8 @@ fn remove_if_dead(path: &Path) -> bool {
         return false;
     }
     let (folder, dead) = (path.with_extension("folder"), path.with_extension("dead"));
-    // Moved before it is emptied: where a lock did not tell of a writer, that writer fails instead of placing a part of it.
+    // The folder is moved before it is emptied. Should the lock have failed to show a writer, that writer then fails
+    // instead of placing a part of its folder.
     gone(fs::remove_dir_all(&dead))
         .and_then(|()| gone(fs::rename(&folder, &dead)))
         .and_then(|()| gone(fs::remove_dir_all(&dead)))
@@ -138,7 +139,7 @@ fn remove_if_dead(path: &Path) -> bool {
         .is_ok()
 }
 
-/// `.NAME.PID.N.part`
+/// Whether a name has the form `.NAME.PID.N.part`.
 fn is_part(path: &Path) -> bool {
     let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
     let mut words = name.rsplit('.');
@@ -151,7 +152,7 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// That something is not there is no failure.
+/// Takes "not found" for success: what should be gone is gone.
 fn gone(done: io::Result<()>) -> io::Result<()> {
     match done {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
@@ -183,7 +184,7 @@ mod tests {
     fn no_two_writers_share_a_name_even_with_one_process_number() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
-        // Of another machine's process with this one's number.
+        // A part of another machine's process that has this process's number.
         let other = folder.path().join(format!(".a.json.{}.0.part", std::process::id()));
         fs::write(&other, "theirs").unwrap();
         let (one, two) = (Part::beside(&path).unwrap(), Part::beside(&path).unwrap());
@@ -229,7 +230,7 @@ mod tests {
         assert_eq!(put("first", false), "first");
         assert_eq!(put("second", true), "first");
         assert_eq!(put("third", false), "third");
-        // Swept away by mistake: an error, and no half folder.
+        // A part that was swept by mistake gives an error, and no half folder appears.
         let part = Part::beside(&path).unwrap();
         assert!(part.place_folder(&path, || true).is_err());
         assert_eq!(names(folder.path()), ["KEY"]);

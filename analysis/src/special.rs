@@ -1,4 +1,4 @@
-//! Distribution functions with tails that stay right far out.
+//! Distribution functions whose tails stay accurate far out, quantiles, and compensated sums.
 //!
 //! Tails are computed as tails (`erfc`, the regularised upper functions), never as `1 − cdf`, so
 //! that the normal upper tail at z = 37 is 5.725571e-300 and not 0. Quantiles are refined on the
@@ -80,7 +80,7 @@ pub fn student_quantile(p: f64, df: f64) -> f64 {
     student_quantile_upper(1.0 - p, df)
 }
 
-/// The t ≥ 0 with P(T ≥ t) = `tail`, tail < ½, by bisection in the exponent: monotone, no start needed.
+/// The t ≥ 0 with P(T ≥ t) = `tail`, tail < ½. Bisection in the exponent is monotone and needs no starting value.
 fn student_quantile_upper(tail: f64, df: f64) -> f64 {
     let mut hi = 1.0;
     while student_upper(hi, df) > tail && hi < 1e300 {
@@ -126,7 +126,7 @@ pub fn ln_choose(n: u64, k: u64) -> f64 {
     libm::lgamma(n as f64 + 1.0) - libm::lgamma(k as f64 + 1.0) - libm::lgamma((n - k) as f64 + 1.0)
 }
 
-/// A sum that carries the lost low bits along (Neumaier's variant of Kahan's summation).
+/// A sum that keeps the low bits that rounding loses (Neumaier's variant of Kahan's summation).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sum {
     total: f64,
@@ -156,7 +156,7 @@ pub fn sum(terms: impl IntoIterator<Item = f64>) -> f64 {
     s.value()
 }
 
-/// Mean and standard deviation with n − 1, two passes; the deviation is `None` below two values.
+/// Mean and standard deviation (n − 1) in two passes; the deviation is `None` for fewer than two values.
 ///
 /// ```
 /// let (mean, sd) = cyclopean_analysis::special::mean_sd(&[1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0]);
@@ -177,7 +177,7 @@ pub fn mean_sd(x: &[f64]) -> (f64, Option<f64>) {
     (mean, Some(variance.max(0.0).sqrt()))
 }
 
-/// A p-value for people: never "0", "< 1e-300" where it underflows.
+/// A p-value as text for readers: never "0", but "< 1e-300" where it underflows.
 pub fn p_text(p: f64) -> String {
     if p < 1e-300 {
         "< 1e-300".into()
@@ -203,7 +203,7 @@ mod tests {
         ] {
             assert!((got / want - 1.0).abs() < 1e-12, "{got} {want}");
         }
-        // The unanimous top by its closed form: Clopper–Pearson's lower bound at k = N is (α/2)^{1/N}.
+        // All votes at the top have a closed form: Clopper–Pearson's lower bound at k = N is (α/2)^{1/N}.
         assert!((beta_quantile(0.05, 40.0, 1.0) - 0.05f64.powf(1.0 / 40.0)).abs() < 1e-14);
     }
 

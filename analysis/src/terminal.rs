@@ -1,4 +1,4 @@
-//! The one way to print: nothing that a terminal obeys, and no failure where the reader has gone.
+//! The one way to print: control sequences are made visible, and a reader who has gone is no failure.
 
 use std::error::Error;
 use std::io::{self, Write};
@@ -29,7 +29,7 @@ fn put(text: &str) -> io::Result<()> {
     }
 }
 
-/// Prints a page to standard error. Where nobody can read it there is nothing left to say it with.
+/// Prints text to standard error. A failure to print is ignored, because it cannot be reported anywhere.
 pub fn say(page: &str) {
     let _ = io::stderr().lock().write_all(escape::terminal(page).as_bytes());
 }
@@ -48,10 +48,11 @@ fn one_sentence(error: &(dyn Error + 'static)) -> String {
     text
 }
 
-/// In characters. What a message quotes may be as long as a file.
+/// Longest error message, in characters. A message may quote text that is as long as a file.
 const LONGEST_ERROR: usize = 3000;
 
-/// Prints what went wrong to standard error, as one line: an error with its causes. Of an endless one, both ends.
+/// Prints an error with its causes to standard error, as one line. Of a message that is too long, both ends are
+/// printed.
 pub fn say_error(program: &str, error: &(dyn Error + 'static)) {
     let text = one_sentence(error);
     let text = escape::line(&text);
@@ -72,7 +73,7 @@ pub fn exit_usage(error: &clap::Error) -> ! {
     if error.use_stderr() && escape::terminal(&text) != text {
         say(&text);
     } else {
-        // Nobody may be there to read it.
+        // A failure to print cannot be reported anywhere.
         let _ = error.print();
     }
     std::process::exit(error.exit_code())

@@ -27,7 +27,7 @@ fn object(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_str(&ok(folder, arguments)).unwrap()
 }
 
-/// Exit status and message; standard output must stay empty of results.
+/// Exit status and message of a command that must fail.
 fn refused(folder: &Path, arguments: &[&str]) -> (i32, String) {
     let out = mos(folder, arguments);
     (out.status.code().unwrap(), String::from_utf8(out.stderr).unwrap())

@@ -1,4 +1,4 @@
-//! The documented coverage table, in small: what holds and what fails.
+//! A small version of the documented coverage table: which intervals keep their level, and which do not.
 
 use cyclopean_analysis::interval::{Bootstrap, Method};
 use cyclopean_analysis::power::{Coverage, coverage, shapes};
@@ -14,7 +14,7 @@ fn student_t_holds_in_the_middle_and_the_binomial_model_fails_at_the_poles() {
     let middle = of("middle", 10);
     assert!((middle(Method::T).coverage.rate - 0.9).abs() < 0.02, "{:?}", middle(Method::T));
     let poles = of("polarised", 10);
-    // 65 % at a nominal 90 %: why the variance ratio is printed and flagged.
+    // 65 % at a nominal 90 %: this is why the variance ratio is printed and flagged.
     assert!((poles(Method::ClopperPearson).coverage.rate - 0.65).abs() < 0.03);
     assert!((poles(Method::T).coverage.rate - 0.9).abs() < 0.02);
     let ceiling = of("ceiling", 10);

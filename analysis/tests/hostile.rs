@@ -1,5 +1,5 @@
-//! Hostile input of `mos`: each is refused with one sentence that names the file, at once, in bounded memory; what it
-//! prints and writes holds nothing that a terminal, a spreadsheet, a page or a typesetter obeys.
+//! Hostile input of `mos`. Each is refused at once, in bounded memory, with one sentence that names the file. What
+//! `mos` prints and writes holds nothing that a terminal, a spreadsheet, a page or a typesetter obeys.
 #![cfg(unix)]
 
 use std::fs;
@@ -16,9 +16,9 @@ use tempfile::TempDir;
 #[allow(dead_code, reason = "the example's own main is not run here")]
 mod journals;
 
-/// Address space of the program, KiB.
+/// Limit of the program's address space, KiB.
 const MOST_KIB: &str = "4000000";
-/// Well above what any refusal takes.
+/// Time limit, well above what any refusal takes.
 const LONGEST: Duration = Duration::from_secs(30);
 
 fn run(folder: &Path, arguments: &[&str], input: Stdio) -> Output {
@@ -57,7 +57,7 @@ fn fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
-/// Why an answer is not what it should be.
+/// What is wrong with a refusal; none where it is as it should be.
 fn judge(done: &Output, named: &str) -> Option<String> {
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     let fails = [
@@ -83,7 +83,7 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
         fs::create_dir(&own).unwrap();
         make(&own.join(name));
         let arguments: Vec<&str> = arguments.iter().map(|a| if *a == "{}" { name } else { *a }).collect();
-        // A missing companion must not be what is refused.
+        // The other file that a command needs is good, so that only the hostile one can be refused.
         fs::write(own.join("good.csv"), "participant,scene,method,rating\np1,a,x,4\np2,a,x,5\np1,a,y,3\np2,a,y,2\n")
             .unwrap();
         if let Some(reason) = judge(&mos(&own, &arguments), name) {
@@ -196,7 +196,7 @@ fn an_endless_standard_input_is_refused() {
     }
 }
 
-/// What a terminal, a spreadsheet, a page and a typesetter would each obey.
+/// Names that a terminal, a spreadsheet, a page or a typesetter would obey.
 const NAMES: [&str; 8] = [
     "\u{1b}[2J\u{9b}2J",
     "=HYPERLINK(\"http://x\")",
@@ -212,7 +212,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-/// Everybody and every scene has such a name.
+/// Answers in which every participant and every scene has such a name.
 fn answers() -> String {
     let mut text = "participant,scene,method,rating\n".to_owned();
     for (i, who) in NAMES.iter().enumerate() {
@@ -277,7 +277,7 @@ fn a_table_that_was_exported_is_read_as_it_was() {
     let read =
         |path: &PathBuf| load(&[path.clone()], &Selection { columns: Columns::default(), ..Selection::default() });
     let before = read(&path).unwrap().data;
-    // What the exports write for each cell of text.
+    // What exports write for each cell of text.
     let escape = |text: &str| cyclopean_analysis::escape::csv(text).into_owned();
     let mut written = csv::Writer::from_writer(Vec::new());
     for row in csv::ReaderBuilder::new().has_headers(false).from_reader(answers().as_bytes()).records() {

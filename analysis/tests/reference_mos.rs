@@ -1,4 +1,4 @@
-//! Every number of the shared reference file on means, intervals, screening, Friedman and corrections.
+//! Compares with every number of the shared reference file on means, intervals, screening, Friedman and corrections.
 
 use cyclopean_analysis::adjust::{Correction, adjust};
 use cyclopean_analysis::friedman::friedman;
@@ -19,7 +19,7 @@ struct Worst {
 impl Worst {
     fn check(&mut self, place: &str, got: f64, want: &Value) {
         let want = want.as_f64().unwrap_or_else(|| panic!("{place}: {want}"));
-        // Scores near zero (biases) are differences of ratings near one: absolute there.
+        // Scores near zero (biases) are differences of ratings near one, so their tolerance is absolute.
         let off = (got - want).abs() / want.abs().max(1e-2);
         assert!(off < 1e-12, "{place}: {got} instead of {want} ({off:e})");
         self.checked += 1;
@@ -105,7 +105,7 @@ fn screening() {
         worst.all(&format!("{name} bias-removed MOS"), &mos, &want["mos"]);
         worst.all(&format!("{name} bias-removed SEM"), &sem, &want["sem_or_sos"]);
         worst.all(&format!("{name} bias"), &bias, &want["observer_bias"]);
-        // P.913 12.4: bias removal, then BT.500 rejection, no stimulus being unanimous any more.
+        // P.913 12.4: bias removal, then BT.500 rejection; no stimulus is unanimous any more.
         let want = &sureal["P913124Model"];
         let screened = bt500(&removed, Sigma::Population);
         for (i, o) in screened.observers.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Every signed-rank number of the shared reference file: SciPy 1.17.1, R 4.2.2, coin 1.4-2, exactRankTests 0.8-35.
+//! Compares with every signed-rank number of the shared reference file: SciPy 1.17.1, R 4.2.2, coin 1.4-2,
+//! exactRankTests 0.8-35.
 
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, SignedRank, Zeros, signed_rank};
 use serde_json::Value;
@@ -92,7 +93,7 @@ fn scipy(id: &str, d: &[f64], results: &Value, untied: bool, worst: &mut Worst) 
         worst.check(&place, Some(got.statistic), &want["statistic"]);
         match text("method") {
             "asymptotic" => {
-                // SciPy reports −|z| two-sided; here z keeps its sign.
+                // SciPy reports −|z| for two-sided tests; here z keeps its sign.
                 let z = if side == Alternative::TwoSided { got.z.map(|z| -z.abs()) } else { got.z };
                 // Where nothing differs SciPy splits the zeros into z = 0 and p = ½; here z is undefined and p = 1.
                 if d.iter().all(|v| *v == 0.0) {
@@ -102,10 +103,12 @@ fn scipy(id: &str, d: &[f64], results: &Value, untied: bool, worst: &mut Worst) 
                 worst.check(&place, z, &want["z"]);
                 worst.check(&place, got.p_asymptotic, &want["p"]);
             }
-            // With ties or zeros SciPy's "exact" is the untied null: its fault, not a reference.
+            // With ties or zeros SciPy's "exact" uses the null distribution without ties. That is an error of SciPy,
+            // not a reference.
             "exact" if !untied => {}
             "exact" => worst.check(&place, got.p_exact, &want["p"]),
-            // SciPy's "auto": all sign flips up to 13 pairs, the untied null up to 50, else the normal one.
+            // SciPy's "auto": all sign flips up to 13 pairs, the null distribution without ties up to 50, else the
+            // normal one.
             _ if d.len() <= 13 || (untied && d.len() <= 50) => worst.check(&place, got.p_exact, &want["p"]),
             _ => worst.check(&place, got.p_asymptotic, &want["p"]),
         }

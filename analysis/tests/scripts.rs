@@ -1,5 +1,5 @@
-//! `examples/analysis.py` and `examples/analysis.R` on an export, against `mos`; left out with a word where the
-//! interpreter or a library is missing.
+//! Compares `examples/analysis.py` and `examples/analysis.R` on an export with `mos`. A test is skipped, with a
+//! message, where the interpreter or a library is missing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,7 +11,7 @@ use serde_json::Value;
 #[allow(dead_code, reason = "the example's own main is not run here")]
 mod journals;
 
-/// Programs' arithmetic on the same numbers, in another order.
+/// The programs compute with the same numbers in another order.
 const TOLERANCE: f64 = 1e-12;
 
 fn mos(folder: &Path, arguments: &[&str]) -> Vec<u8> {
@@ -36,7 +36,7 @@ fn sessions(folder: &Path) {
     }
 }
 
-/// A program that runs `probe`; says why the test is left out where there is none.
+/// The first program that runs `probe`; where there is none, prints why the test is skipped.
 fn interpreter(names: &[&'static str], flag: &str, probe: &str, needs: &str) -> Option<&'static str> {
     let runs = |name: &&&str| Command::new(name).args([flag, probe]).output().is_ok_and(|out| out.status.success());
     let found = names.iter().find(runs).copied();
@@ -46,7 +46,7 @@ fn interpreter(names: &[&'static str], flag: &str, probe: &str, needs: &str) -> 
     found
 }
 
-/// Runs a script of `examples/` on an export; gives the rows of a table that it wrote.
+/// Runs a script of `examples/` on an export; returns the rows of the tables that it wrote.
 fn rows(interpreter: &str, script: &str) -> (tempfile::TempDir, [Vec<csv::StringRecord>; 2], [csv::StringRecord; 2]) {
     let folder = tempfile::tempdir().unwrap();
     sessions(folder.path());
@@ -70,7 +70,7 @@ fn close(found: &str, expected: &Value, what: &str) {
     assert!((found - expected).abs() <= TOLERANCE * expected.abs().max(1.0), "{what}: {found}, mos has {expected}");
 }
 
-/// `of_test`: the column of the script → the key of `mos test`.
+/// Compares a script's tables with those of `mos`. `of_test`: column of the script → key of `mos test`.
 fn agrees(interpreter: &str, script: &str, of_test: &[(&str, &str)]) {
     let (folder, [cells, tests], [mos_head, test_head]) = rows(interpreter, script);
     let at = |head: &csv::StringRecord, name: &str| head.iter().position(|h| h == name).unwrap();

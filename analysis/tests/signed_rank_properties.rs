@@ -1,4 +1,4 @@
-//! What must hold for every set of differences.
+//! Properties of the signed-rank test that must hold for every set of differences.
 
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, SignedRank, Zeros, signed_rank};
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ fn close(a: Option<f64>, b: Option<f64>) -> bool {
 }
 
 proptest! {
-    // A failing case is printed; there is no source file beside an integration test to keep it in.
+    // A failing case is printed; proptest has no source file beside an integration test to keep it in.
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
@@ -112,7 +112,8 @@ fn equal_pairs_are_never_significant() {
 
 #[test]
 fn size_by_enumeration_never_exceeds_the_level() {
-    // Given |d|, all 2ⁿ signs are equally likely for exchangeable methods: the share of patterns with p ≤ 5 %.
+    // Given |d|, all 2ⁿ patterns of signs are equally likely for exchangeable methods, so the size is the share of
+    // patterns with p ≤ 5 %.
     let sets: [&[f64]; 4] = [
         &[1., 1., 1., 1., 2., 2., 2., 3., 3., 4., 4., 5.],
         &[1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12.],
@@ -135,7 +136,7 @@ fn size_by_enumeration_never_exceeds_the_level() {
 
 #[test]
 fn large_samples_are_quick() {
-    // Generous against a loaded machine and an unoptimised build; the documented figures come from `mos bench`.
+    // The limit is generous for a loaded machine and an unoptimised build.
     let d: Vec<f64> = (0..500).map(|i| f64::from((i * 7919) % 41 - 20)).collect();
     let start = std::time::Instant::now();
     run(&d, Zeros::Wilcox, Alternative::TwoSided, false);

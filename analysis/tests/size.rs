@@ -1,4 +1,4 @@
-//! The exact test keeps its level for exchangeable methods: by enumeration, without Monte Carlo error.
+//! The exact test keeps its level for exchangeable methods. This is shown by enumeration, without Monte Carlo error.
 
 use cyclopean_analysis::power::{Rate, rejection_of_votes};
 use cyclopean_analysis::wilcoxon::tails;
@@ -14,7 +14,7 @@ fn conditional_size(groups: &[u64]) -> f64 {
         ranks.push((rank, *n));
         before += n;
     }
-    // The distribution of the doubled R₊: plain convolution, independent of the crate's own.
+    // The distribution of the doubled R₊ by plain convolution, independent of the crate's own code.
     let total: u64 = doubled.iter().sum();
     let mut p = vec![0.0; total as usize + 1];
     p[0] = 1.0;
@@ -36,7 +36,7 @@ fn exact_size_for_every_five_point_sample_of_up_to_sixteen() {
         for a in 0..=n {
             for b in 0..=n - a {
                 for c in 0..=n - a - b {
-                    // Every sample of up to n differences: those left out are zeros, which are dropped.
+                    // Every sample of up to n differences. Those left out are zeros, which are dropped.
                     let groups = [a, b, c, n - a - b - c];
                     let size = conditional_size(&groups);
                     tried += 1;

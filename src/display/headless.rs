@@ -1,4 +1,4 @@
-//! No display: a virtual clock that runs from deadline to deadline, and an observer who answers.
+//! A display that shows nothing: a virtual clock that jumps from deadline to deadline, and an observer who answers.
 
 use std::collections::VecDeque;
 
@@ -8,7 +8,7 @@ use super::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
 use crate::study::observer::Observer;
 use crate::study::protocol::{Event, Input, Screen};
 
-/// Frame k is displayed at start + round(k / rate); nothing is ever late.
+/// Frame k is displayed at start + round(k / rate), and no frame is ever late.
 pub struct Headless {
     info: DisplayInfo,
     observer: Box<dyn Observer>,
@@ -21,7 +21,7 @@ pub struct Headless {
 }
 
 impl Headless {
-    /// What a headless display of this rate says of itself.
+    /// The information of a headless display of this rate.
     pub fn information(hz: f64) -> DisplayInfo {
         DisplayInfo {
             kind: "headless".to_owned(),
@@ -41,21 +41,22 @@ impl Headless {
         }
     }
 
-    /// `hz`: both nominal and real rate, > 0. `start_ns`: the session clock's first frame (after the journal's last).
+    /// `hz`: nominal and real rate, > 0. `start_ns`: the session clock at the first frame (after the journal's last
+    /// time).
     pub fn new(hz: f64, start_ns: u64, observer: Box<dyn Observer>) -> Headless {
         let info = Headless::information(hz);
         let (frame, now_ns, screen, pending) = (0, start_ns, None, VecDeque::new());
         Headless { info, observer, start_ns, frame, now_ns, screen, pending, skips: true }
     }
 
-    /// The real rate, where it is not the nominal one.
+    /// Sets another nominal rate; the rate given to [`Headless::new`] is then only the real one.
     pub fn with_nominal_hz(mut self, nominal_hz: f64) -> Headless {
         self.info.measured_hz = Some(self.info.nominal_hz);
         self.info.nominal_hz = nominal_hz;
         self
     }
 
-    /// Visits every single frame; the session is the same, only slower.
+    /// Visits every single frame instead of skipping some; the session is the same, only slower.
     pub fn stepping(mut self) -> Headless {
         self.skips = false;
         self
@@ -66,9 +67,9 @@ impl Headless {
         self.now_ns
     }
 
-    /// [`Display::present`] would change what is shown.
+    /// Whether [`Display::present`] would change what is shown.
     pub fn is_new(&self, screen: &Screen) -> bool {
-        // Frames of one stimulus are one screen to an observer.
+        // To an observer all frames of a moving stimulus are one screen.
         self.screen.as_ref() != Some(&screen.first_frame())
     }
 
@@ -100,7 +101,7 @@ impl Display for Headless {
             return Ok(Timed { now_ns: self.now_ns, event: Event::Input(input) });
         }
         let until_input = match input_ns {
-            // Frames before the input; the last of them may need a nudge, since times are rounded.
+            // The frames before the input. Times are rounded, so the number may have to be raised.
             Some(at) => {
                 let mut frames = ((at - self.start_ns) as f64 * self.rate() / 1e9) as u64;
                 while self.frame_ns(frames) < at {

@@ -1,4 +1,4 @@
-//! Intervals between frames: how regular a display is.
+//! The intervals between frames: how regular a display is. `display test` measures them.
 
 use serde::Serialize;
 
@@ -7,19 +7,19 @@ use serde::Serialize;
 pub struct Intervals {
     pub frames: usize,
     pub nominal_hz: f64,
-    /// Milliseconds.
+    /// All intervals are in milliseconds.
     pub mean_ms: f64,
     pub sd_ms: f64,
     pub shortest_ms: f64,
     pub longest_ms: f64,
-    /// Σ (round(Δ / period) − 1)
+    /// Missed frames: Σ (round(Δ / period) − 1) over the intervals Δ.
     pub missed: u64,
     /// Lower edge (milliseconds) and count of each bin, a tenth of a period wide.
     pub histogram: Vec<(f64, usize)>,
 }
 
 impl Intervals {
-    /// None for fewer than two frames. `times_ns` rise.
+    /// Statistics of rising `times_ns`; none for fewer than two frames.
     pub fn of(times_ns: &[u64], nominal_hz: f64) -> Option<Intervals> {
         let intervals: Vec<f64> = times_ns.windows(2).map(|w| w[1].saturating_sub(w[0]) as f64 / 1e6).collect();
         if intervals.is_empty() {
@@ -46,7 +46,7 @@ impl Intervals {
         })
     }
 
-    /// For people: a line of numbers and a bar a bin.
+    /// The result for people: a line of numbers, and a bar for each bin.
     pub fn lines(&self) -> Vec<String> {
         let most = self.histogram.iter().map(|(_, n)| *n).max().unwrap_or(1);
         let mut lines = vec![format!(

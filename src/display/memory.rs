@@ -7,20 +7,20 @@ use crate::picture;
 /// How a picture is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Levels {
-    /// At its own size alone.
+    /// Only at its own size.
     One,
     /// With all of its smaller versions, which take a third more.
     All,
 }
 
-/// Share of the device's own memory that stimuli may take: the rest is the compositor's and the words'.
+/// Share of the device's own memory that stimuli may take. The rest is for the compositor and the words.
 const SHARE: f64 = 0.8;
 
-/// Refuses pictures (RGBA, both eyes) that the device cannot hold all at once. They are all uploaded before the first
-/// trial, so that showing one never waits for a file.
+/// Refuses pictures (RGBA, both eyes) that the device cannot hold all at once. All are uploaded before the first trial,
+/// so that showing one never waits for a file.
 ///
 /// # Errors
-/// A file cannot be read, or they do not fit: how much they take, and how much there is.
+/// A file cannot be read, or the pictures do not fit: how much they take, and how much there is.
 pub fn check<'a>(
     gpu: &Gpu,
     stimuli: impl IntoIterator<Item = &'a StimulusFiles>,

@@ -1,4 +1,5 @@
-//! The study's texts and pictures as a display wants them.
+//! Turns a study's texts, plan and stereograms into the `Content` that a display shows. `cyclopean run` calls it before
+//! a session.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,8 @@ use crate::display::content::{Blank, Content, Dots, ItemText, PageText, Presenta
 /// Angular size of a stereogram, degrees; larger where the largest disparity needs it.
 const STEREOGRAM_DEG: f64 = 7.0;
 
-/// Everything that a display can be asked to show in a session of this plan. `kind`: what is not real is marked.
+/// Everything that a display can be asked to show in a session of this plan. Sessions whose `kind` is not real are
+/// marked.
 ///
 /// # Errors
 /// The study's language cannot be used.
@@ -107,7 +109,7 @@ fn dots(study: &Study, plan: &Plan, setup: &Setup) -> Vec<Dots> {
     setup.screening.iter().enumerate().map(one).collect()
 }
 
-/// Catch trials count as any other: nothing tells them apart.
+/// Catch trials are counted like trials, so that the participant cannot tell them apart.
 fn presentations(plan: &Plan) -> Vec<Presentation> {
     let counts = |purpose: Purpose| purpose != Purpose::Practice;
     let of = plan.presentations.iter().filter(|p| counts(p.purpose)).count();

@@ -1,4 +1,4 @@
-//! Every operation on files of study data, so that a test can let each single step fail.
+//! Every operation that writes study data to a disk, in one place, so that a test can make each single step fail.
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
@@ -9,35 +9,35 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use cyclopean_analysis::files::sync_directory;
 
-/// The file system; in tests one whose steps fail from a given number on, as when the program is killed there.
+/// The file system. In tests, its steps fail from a given number on, as if the program were killed there.
 #[derive(Debug, Clone, Default)]
 pub struct Disk {
-    /// None: no end.
+    /// None: no step is made to fail.
     end: Option<Arc<End>>,
 }
 
-/// A test's end of the world.
+/// The failure that a test asks for.
 #[derive(Debug)]
 struct End {
-    /// Steps before it.
+    /// Number of steps that still succeed.
     left: AtomicI64,
-    /// Length of each file (by name of its place in the system) when it was last synced: a power loss keeps that.
+    /// Length of each file (by its inode) when it was last synced: this is what a power loss keeps.
     synced: Mutex<HashMap<u64, u64>>,
 }
 
 impl Disk {
-    /// The file system.
+    /// The real file system, on which no step is made to fail.
     pub fn real() -> Disk {
         Disk::default()
     }
 
-    /// A file system on which the step number `steps` (from 0) is done in part and fails, and no later one is done.
+    /// A file system on which step number `steps` (from 0) is done in part and then fails, and no later step is done.
     pub fn failing_after(steps: u64) -> Disk {
         let left = AtomicI64::new(i64::try_from(steps).unwrap_or(i64::MAX));
         Disk { end: Some(Arc::new(End { left, synced: Mutex::default() })) }
     }
 
-    /// The failing step was reached.
+    /// Whether the failing step was reached.
     pub fn has_failed(&self) -> bool {
         self.end.as_ref().is_some_and(|end| end.left.load(Ordering::SeqCst) < 0)
     }
@@ -49,7 +49,7 @@ impl Disk {
         Some(synced.get(&id).copied().unwrap_or(0))
     }
 
-    /// Ok: do the step. Err(true): do it in part, then fail. Err(false): do nothing and fail.
+    /// Counts a step. Ok: do it. Err(true): do it in part, then fail. Err(false): do nothing and fail.
     fn step(&self) -> Result<(), bool> {
         match &self.end {
             None => Ok(()),
@@ -65,7 +65,7 @@ impl Disk {
         work()
     }
 
-    /// Makes a folder and its parents, for its owner alone; each name is durable when this returns.
+    /// Makes a folder and its parents, readable by their owner alone. Each name is durable when this returns.
     pub fn create_folder(&self, path: &Path) -> io::Result<()> {
         if path.as_os_str().is_empty() || path.is_dir() {
             return Ok(());
@@ -74,7 +74,7 @@ impl Disk {
         self.create_folder(parent)?;
         self.guard(|| {
             let mut builder = fs::DirBuilder::new();
-            // Another program may make it at the same time.
+            // Another program may make the folder at the same time.
             builder.recursive(true);
             #[cfg(unix)]
             std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
@@ -83,7 +83,7 @@ impl Disk {
         self.sync_folder(parent)
     }
 
-    /// A new file for its owner alone; fails when it is there.
+    /// Makes a new file, readable by its owner alone; fails when it exists.
     pub fn create_new(&self, path: &Path) -> io::Result<File> {
         self.guard(|| {
             let mut options = OpenOptions::new();
@@ -94,7 +94,7 @@ impl Disk {
         })
     }
 
-    /// Appends; a failing step leaves a part of the bytes.
+    /// Appends bytes; a step that fails leaves a part of them.
     pub fn append(&self, file: &mut File, bytes: &[u8]) -> io::Result<()> {
         match self.step() {
             Ok(()) => file.write_all(bytes),
@@ -132,12 +132,12 @@ impl Disk {
         self.guard(|| sync_directory(path))
     }
 
-    /// A whole file under its final name, or the one that was there.
+    /// Replaces a file. Under the final name there is the whole new file or the old one.
     pub fn replace(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
         let no_name = || io::Error::new(io::ErrorKind::InvalidInput, "no file name");
         let (parent, name) = (path.parent().ok_or_else(no_name)?, path.file_name().ok_or_else(no_name)?);
         let part = parent.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-        // Of a program with the same number that was killed.
+        // A part file may be left of a killed program that had the same process number.
         let _ = fs::remove_file(&part);
         let mut file = self.create_new(&part)?;
         let written = self.append(&mut file, bytes).and_then(|()| self.sync(&file));
@@ -154,7 +154,7 @@ fn file_id(metadata: &fs::Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::ino(metadata)
 }
 
-/// Only tests ask, and these run on Unix.
+/// Only tests ask for this, and they run on Unix.
 #[cfg(not(unix))]
 fn file_id(_metadata: &fs::Metadata) -> u64 {
     0

@@ -1,4 +1,5 @@
-//! The pre-registration: one folder that fixes a study, and the check of a session against it.
+//! The pre-registration: writes one folder that fixes a study, and checks a session against it. `study freeze` and `run
+//! --frozen` call it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -34,7 +35,7 @@ pub enum FreezeError {
     Differs { folder: PathBuf, what: String },
 }
 
-/// Enough for a standard error of 0.011 at a power of one half, and less elsewhere.
+/// Gives a standard error of 0.011 at a power of one half, and a smaller one elsewhere.
 const SIMULATED_STUDIES: u32 = 2000;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -51,7 +52,7 @@ struct FrozenStimulus {
     files: BTreeMap<String, String>,
 }
 
-/// Writes the folder; gives the SHA-256 of its manifest.
+/// Writes the folder; returns the SHA-256 of its manifest.
 ///
 /// # Errors
 /// The folder exists, a stimulus is missing, or the disk is full; no folder is left then.
@@ -68,7 +69,7 @@ pub fn freeze(study: &Study, store: &Store, folder: &Path) -> Result<String, Fre
             serde_json::json!({"order": plan.order, "presentations": plan.presentations})
         })
         .collect();
-    // A study without simulated observers says so instead.
+    // For a study without simulated observers, the file says so instead.
     let power = match power::estimate(d, SIMULATED_STUDIES) {
         Ok(power) => serde_json::to_value(power).unwrap_or_default(),
         Err(error) => serde_json::json!({"unknown": error.to_string()}),
@@ -104,7 +105,8 @@ pub fn freeze(study: &Study, store: &Store, folder: &Path) -> Result<String, Fre
     written
 }
 
-/// Refuses when the folder was touched, or study, stimuli or program are others; gives the manifest's SHA-256.
+/// Refuses when the folder was changed, or when study, stimuli or program differ from the frozen ones; returns the
+/// manifest's SHA-256.
 ///
 /// # Errors
 /// What differs, and how.

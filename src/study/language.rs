@@ -1,4 +1,4 @@
-//! The languages of pages, questionnaires and buttons: files of one form, four of them built in.
+//! The languages of pages, questionnaires and buttons: files of one form, four of which are built in.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,16 +20,16 @@ const BUILT_IN: [(&str, &str); 4] = [
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Language {
-    /// In itself.
+    /// The language's name in that language.
     pub name: String,
-    /// Font files with its letters, the first that is installed is used; empty: the built-in font has them.
+    /// Font files with its letters, of which the first that is installed is used; empty: the built-in font has them.
     #[serde(default)]
     pub font: Vec<String>,
     pub words: Words,
-    /// Item name → question; English where it is missing.
+    /// Item name → question; where one is missing, English is used.
     #[serde(default)]
     pub items: BTreeMap<String, String>,
-    /// English option, or `item/option` → the option's words; English where it is missing.
+    /// English option, or `item/option` → the option's words; where one is missing, English is used.
     #[serde(default)]
     pub options: BTreeMap<String, String>,
 }
@@ -66,7 +66,7 @@ impl Language {
         serde_json::from_str(&text).map_err(|source| LanguageError::Form { path, source })
     }
 
-    /// The words of an item's question, or, by the name of its phase, of what stands above a questionnaire's items.
+    /// The question of an item; or, by the name of its phase, the text above a questionnaire's items.
     pub fn item<'a>(&'a self, name: &str, english: &'a str) -> &'a str {
         self.items.get(name).map_or(english, String::as_str)
     }
@@ -77,10 +77,10 @@ impl Language {
         specific.or_else(|| self.options.get(option)).cloned().unwrap_or_else(|| option.to_owned())
     }
 
-    /// The font file that has its letters; none: the built-in one has them.
+    /// The font file that has the language's letters; none: the built-in font has them.
     ///
     /// # Errors
-    /// [`LanguageError::Font`] when it needs one that is not installed.
+    /// [`LanguageError::Font`] when the language needs a font that is not installed.
     pub fn font(&self) -> Result<Option<Vec<u8>>, LanguageError> {
         if self.font.is_empty() {
             return Ok(None);
@@ -104,7 +104,7 @@ impl Language {
     }
 }
 
-/// The first file of this name, at most so many folders down.
+/// The first file of this name in `folder` or at most `depth` folders below it.
 fn find(folder: &Path, name: &str, depth: usize) -> Option<PathBuf> {
     let mut folders = Vec::new();
     for entry in std::fs::read_dir(folder).ok()?.flatten() {

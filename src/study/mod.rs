@@ -1,6 +1,6 @@
 //! Studies: what is shown to whom in which order, the session as a pure state machine, and its journal.
 //!
-//! Definition → plan → session → journal. Nothing here draws: a renderer and a display stand behind traits.
+//! Definition → plan → session → journal. Nothing here draws: the renderer and the displays are behind traits.
 
 pub mod content;
 pub mod definition;

@@ -1,4 +1,4 @@
-//! Who answers a headless session, through the same door as a person.
+//! The simulated observers that answer headless sessions, through the same inputs as a person.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::protocol::{Input, Screen, ScreeningTrial};
 use super::random::Stream;
 use super::stimulus::split_method;
 
-/// Sees a screen once when it changes; answers with inputs, each so many nanoseconds after the one before.
+/// Sees each new screen once. Answers with inputs, each with its nanoseconds after the one before.
 pub trait Observer {
     fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)>;
 }
@@ -27,8 +27,8 @@ pub enum ObserverError {
     NoLatent(String),
 }
 
-/// Judges by latent quality + bias + noise; every draw depends on (study seed, participant, presentation) alone, so
-/// that a session that was resumed answers as one that was not.
+/// Judges by latent quality + bias + noise. Every draw depends only on (study seed, participant, presentation), so that
+/// a resumed session gets the same answers as an uninterrupted one.
 #[derive(Debug, Clone)]
 pub struct SimulatedObserver {
     seed: u64,
@@ -38,15 +38,15 @@ pub struct SimulatedObserver {
     planned: Vec<Planned>,
     screening: Vec<ScreeningTrial>,
     bias: f64,
-    /// By condition: perceived quality of `method`, and of `other` where there is one.
+    /// For each condition: perceived quality of `method`, and of `other` where there is one.
     quality: Vec<(f64, Option<f64>)>,
 }
 
 impl SimulatedObserver {
-    /// `inconsistency`: as measured, by the plan's index of the stimulus.
+    /// `inconsistency` holds the measured values, by the plan's index of the stimulus.
     ///
     /// # Errors
-    /// [`ObserverError`]: the file does not say enough.
+    /// [`ObserverError`]: the study file does not say enough.
     pub fn new(
         definition: &Definition,
         plan: &Plan,
@@ -96,12 +96,12 @@ impl SimulatedObserver {
         })
     }
 
-    /// What this observer will confirm.
+    /// The choice that this observer will confirm.
     pub fn choice(&self, presentation: u32) -> u32 {
         self.judge(presentation).0
     }
 
-    /// Choice, first choice (which may be changed), and response time in nanoseconds.
+    /// The final choice, the first choice (which may differ), and the response time in nanoseconds.
     fn judge(&self, presentation: u32) -> (u32, u32, u64) {
         let mut stream =
             Stream::new(self.seed, u64::from(presentation), &format!("observer {} answer", self.participant));
@@ -123,7 +123,7 @@ impl SimulatedObserver {
         let s = &self.simulation;
         match (&self.question, other) {
             (Question::Compare { .. }, Some(other)) => {
-                // Two judgements, each with its noise; a bias of the scale cancels.
+                // These are two judgements, each with its noise; a bias of the scale cancels.
                 let difference = method - other + std::f64::consts::SQRT_2 * s.noise_sd * noise;
                 let better = if difference > 0.0 { Side::Method } else { Side::Other };
                 match difference.abs() < s.threshold {
@@ -153,7 +153,7 @@ impl Observer for SimulatedObserver {
                     Stream::new(self.seed, *at as u64, &format!("observer {} item", self.participant)).below(2);
                 vec![(SECOND_NS, Input::Choose(choice as u32))]
             }
-            // Sees depth: the alternative that stands out.
+            // A simulated observer sees depth: it chooses the alternative that stands out.
             Screen::Dots(at) => {
                 vec![(SECOND_NS, Input::Choose(self.screening.get(*at).map_or(0, |trial| trial.shown)))]
             }

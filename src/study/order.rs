@@ -22,7 +22,8 @@ pub fn williams(n: usize, row: u64) -> Vec<usize> {
     order
 }
 
-/// `repetitions` passes through a Williams design, each by another row of the same half, no condition twice running.
+/// `repetitions` passes through a Williams design, each by another row of the same half. No condition is shown twice in
+/// a row.
 pub fn williams_passes(n: usize, repetitions: u32, row: u64) -> Vec<Vec<usize>> {
     let mut passes: Vec<Vec<usize>> = Vec::new();
     let (half, start) = if n == 0 { (0, 0) } else { ((row % williams_rows(n)) / n as u64, row % n as u64) };
@@ -41,7 +42,7 @@ pub fn williams_passes(n: usize, repetitions: u32, row: u64) -> Vec<Vec<usize>> 
     passes
 }
 
-/// `repetitions` random permutations, no condition twice running (n ≥ 2).
+/// `repetitions` random permutations. No condition is shown twice in a row (n ≥ 2).
 pub fn random_passes(n: usize, repetitions: u32, stream: &mut Stream) -> Vec<Vec<usize>> {
     let mut passes: Vec<Vec<usize>> = Vec::new();
     for _ in 0..repetitions {
@@ -57,9 +58,9 @@ pub fn random_passes(n: usize, repetitions: u32, stream: &mut Stream) -> Vec<Vec
     passes
 }
 
-/// Groups in random order, their members in random passes; `group[i]` is the group of condition i.
+/// Groups in random order, each with random passes of its members; `group[i]` is the group of condition i.
 ///
-/// One entry a group: its passes.
+/// The result has one entry for each group, which holds its passes.
 pub fn blocked(group: &[usize], repetitions: u32, stream: &mut Stream) -> Vec<Vec<Vec<usize>>> {
     let mut groups: Vec<usize> = group.to_vec();
     groups.sort_unstable();
@@ -75,7 +76,8 @@ pub fn blocked(group: &[usize], repetitions: u32, stream: &mut Stream) -> Vec<Ve
         .collect()
 }
 
-/// For each of n presentations whether `method` is A: half of them, and the complement in the next row of a pair.
+/// For each of n presentations, whether `method` is A. This is so for half of them; the next row of a pair has the
+/// complement.
 pub fn assignments(n: usize, seed: u64, row: u64) -> Vec<bool> {
     let mut is_a: Vec<bool> = (0..n).map(|i| i < n / 2).collect();
     Stream::new(seed, row / 2, "assignment").shuffle(&mut is_a);

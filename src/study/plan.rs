@@ -1,4 +1,4 @@
-//! One participant's plan: every presentation in order, drawn from (study seed, row) and nothing else.
+//! One participant's plan: every presentation in order. It is drawn from (study seed, row) and nothing else.
 
 use std::collections::BTreeMap;
 
@@ -10,16 +10,16 @@ use super::order;
 use super::random::Stream;
 use super::stimulus::{StimulusRequest, split_method};
 
-/// Names the procedure in the journal; changes when the same (seed, row) would give another order.
+/// The procedure's name in the journal. It changes when the same (seed, row) would give another order.
 pub const PROCEDURE: &str = "cyclopean-order 1 (chacha20, sha-256)";
 
-/// A participant's whole session before it begins.
+/// A participant's whole session, before it begins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     pub order: record::Order,
-    /// Trials' conditions first, then those of practice and catch trials.
+    /// The conditions of trials come first, then those of practice and catch trials.
     pub conditions: Vec<Condition>,
-    /// Each stimulus once; `Planned::stimuli` points here.
+    /// Every stimulus once; `Planned::stimuli` holds indices into this list.
     pub stimuli: Vec<StimulusRequest>,
     pub presentations: Vec<Planned>,
 }
@@ -30,7 +30,7 @@ impl Plan {
         let specs = definition.conditions();
         let mut plan = Builder::new(definition);
         let ids: Vec<u32> = specs.iter().map(|spec| plan.condition(spec)).collect();
-        // Numbered by the file, so that an index means the same in every row.
+        // Conditions are numbered in the file's order, so that an index means the same in every row.
         for spec in specs.iter().chain(&definition.practice).chain(definition.catch_trials.iter().map(|c| &c.show)) {
             plan.condition(spec);
             for method in [spec.reference.as_ref(), Some(&spec.method), spec.other.as_ref()].into_iter().flatten() {
@@ -77,7 +77,7 @@ impl Plan {
         Plan { order, conditions: plan.conditions, stimuli: plan.stimuli, presentations: plan.presentations }
     }
 
-    /// Every stimulus of the study, whichever the row.
+    /// Every stimulus of the study; it is the same for every row.
     pub fn all_stimuli(definition: &Definition) -> Vec<StimulusRequest> {
         Plan::draw(definition, 0).stimuli
     }
@@ -117,7 +117,8 @@ fn passes(definition: &Definition, specs: &[ConditionSpec], row: u64) -> Vec<Vec
     }
 }
 
-/// Catch trial → before which trial it stands, latest first. Never before the first trial, never two at one place.
+/// Pairs of a place and a catch trial: the catch trial comes before the trial of this number. The last place comes
+/// first. No catch trial comes before the first trial, and no two have the same place.
 fn place_catches(definition: &Definition, row: u64, trials: usize) -> Vec<(usize, usize)> {
     let mut places: Vec<usize> = (1..trials).collect();
     let mut stream = Stream::new(definition.seed, row, "catch");
@@ -127,7 +128,7 @@ fn place_catches(definition: &Definition, row: u64, trials: usize) -> Vec<(usize
     placed
 }
 
-/// What requests of one study differ in: scene, view, path, method and its samples.
+/// What distinguishes the requests of one study: scene, view, path, method and its samples.
 type StimulusKey<'a> = (&'a str, Option<&'a str>, Option<&'a str>, &'a str, Option<u32>);
 
 struct Builder<'a> {

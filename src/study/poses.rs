@@ -1,5 +1,5 @@
-//! Head poses, in a file of their own beside the journal: motion identifies people, so it is off by default, never
-//! stands in the journal, and goes with it when a participant withdraws.
+//! Head poses, in a file of their own beside the journal. Motion identifies people, so poses are not kept by default,
+//! never enter the journal, and are deleted with it when a participant withdraws.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 use super::disk::Disk;
 use crate::display::HeadPose;
 
-/// Version of the file's form, on its first line.
+/// Version of the file's format, on its first line.
 pub const POSES_FORMAT: u32 = 1;
 
-/// More than this is not kept back until the next sync of the journal.
+/// Bytes of poses that are held back until the next sync of the journal; more are written at once.
 const BUFFER: usize = 1 << 20;
 
-/// No line is longer.
+/// The most bytes of a line.
 pub const LONGEST_LINE: u64 = 4096;
 
 /// A line of the file.
@@ -28,7 +28,7 @@ pub enum PoseLine {
     HeadPoses { format: u32, study: String, session: String },
     /// A pose.
     Pose(HeadPose),
-    /// The session was taken up again; its clock goes on from here, and poses before this line may be later.
+    /// The session was resumed, and its clock goes on from here. Poses before this line may have later times.
     Resume { t_ns: u64 },
 }
 
@@ -47,12 +47,12 @@ pub fn path_beside(journal: &Path) -> PathBuf {
     journal.with_extension("poses.jsonl")
 }
 
-/// Its name ends like one that [`path_beside`] gives.
+/// Whether a path's name ends as [`path_beside`] makes it.
 pub fn is_poses(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n.to_string_lossy().ends_with(".poses.jsonl"))
 }
 
-/// Appends; what is lost with the power is poses since the last few seconds, never an answer.
+/// Appends poses. A power loss can take the poses of the last few seconds, never an answer.
 #[derive(Debug)]
 pub struct PoseWriter {
     disk: Disk,
@@ -62,10 +62,10 @@ pub struct PoseWriter {
 }
 
 impl PoseWriter {
-    /// A new file for its owner alone, with its first line.
+    /// Makes a new file, readable by its owner alone, with its first line.
     ///
     /// # Errors
-    /// It is there already, or the folder does not take it.
+    /// It exists already, or the folder cannot be written.
     pub fn create(disk: &Disk, journal: &Path, study: &str, session: &str) -> Result<PoseWriter, PosesError> {
         let path = path_beside(journal);
         let fail = |source| PosesError { what: "create", path: path.clone(), source };
@@ -80,7 +80,7 @@ impl PoseWriter {
         Ok(poses)
     }
 
-    /// Goes on with the file of an earlier run; a torn last line is cut off. Made anew where it is missing.
+    /// Opens the file of an earlier run to append to it. A torn last line is cut off; a missing file is made anew.
     ///
     /// # Errors
     /// It cannot be opened or repaired.
@@ -124,7 +124,7 @@ impl PoseWriter {
         }
     }
 
-    /// Takes poses; those that are no numbers are left out.
+    /// Takes poses; those with numbers that are not finite are left out.
     ///
     /// # Errors
     /// The disk is full or gone.
@@ -133,7 +133,7 @@ impl PoseWriter {
         if self.buffer.len() > BUFFER { self.write_out() } else { Ok(()) }
     }
 
-    /// Gives the system what was kept back; called where the journal is synced, while no stimulus stands.
+    /// Writes the poses that were held back. It is called where the journal is synced, while no stimulus is shown.
     ///
     /// # Errors
     /// The disk is full or gone.

@@ -1,6 +1,7 @@
-//! The chance that a planned study finds what its `simulation` says is there.
+//! The power of a planned study: how often its tests find the effects that its `simulation` states.
 //!
-//! The study's own simulated observers answer its own orders, and the test that will judge real sessions judges them.
+//! The study's own simulated observers answer its own orders, and the test that will judge real sessions judges their
+//! votes. `study freeze` calls this.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +14,14 @@ use super::definition::Definition;
 use super::observer::{ObserverError, SimulatedObserver};
 use super::plan::Plan;
 
-/// Level of each test alone; corrections for several make power smaller.
+/// Level of each test by itself; corrections for several tests make the power smaller.
 const ALPHA: f64 = 0.05;
 
-/// For the planned number of participants.
+/// The power for the planned number of participants.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Power {
     pub participants: u32,
-    /// Simulated studies.
+    /// Number of simulated studies.
     pub studies: u32,
     pub alpha: f64,
     pub tests: Vec<TestPower>,
@@ -41,7 +42,7 @@ pub struct TestPower {
     pub mean_difference: f64,
 }
 
-/// Simulates `studies` whole studies, each with people of its own.
+/// Simulates `studies` whole studies, each with its own simulated people.
 ///
 /// # Errors
 /// The study does not say how observers judge.
@@ -83,10 +84,10 @@ pub fn estimate(definition: &Definition, studies: u32) -> Result<Power, Observer
     Ok(Power { participants: definition.participants, studies, alpha: ALPHA, tests: tests.collect(), note })
 }
 
-/// (factor, level) → sum and number of a participant's ratings; ("", "") is all of them.
+/// (factor, level) → sum and number of a participant's ratings; ("", "") stands for all of them.
 type Sums = BTreeMap<(String, String), (f64, f64)>;
 
-/// What one person answers to a whole plan.
+/// The answers of one simulated person to a whole plan.
 fn answer(definition: &Definition, plan: &Plan, person: &str) -> Result<Sums, ObserverError> {
     let question = definition.journal_question();
     let observer = SimulatedObserver::new(definition, plan, &[], person, &vec![None; plan.stimuli.len()])?;
@@ -146,7 +147,7 @@ mod tests {
     #[test]
     fn without_an_effect_the_exact_test_keeps_its_level_and_a_large_effect_is_found() {
         let none = estimate(&two_methods([3.0, 3.0], 10), 600).unwrap();
-        // At most 0.05, and four standard errors of 600 studies.
+        // At most 0.05, with four standard errors of 600 studies.
         assert!(none.tests[0].power <= 0.05 + 0.036, "{none:?}");
         assert!(none.tests[0].mean_difference.abs() < 0.1, "{none:?}");
         let large = estimate(&two_methods([2.5, 4.0], 10), 100).unwrap();
@@ -161,7 +162,7 @@ mod tests {
         d.participants = 12;
         d.analysis.against = Some(2);
         let power = estimate(&d, 100).unwrap();
-        // The other method is better by a step: votes are below 2.
+        // The other method is better by one step, so votes are below 2.
         assert!(power.tests[0].mean_difference < -0.3 && power.tests[0].power > 0.9, "{power:?}");
         assert_eq!(power.tests[0].test, "vote - 2");
     }

@@ -1,4 +1,5 @@
-//! Brings every stimulus of a study into the store: resumable, in shards, damaged entries made again.
+//! Renders every stimulus of a study into the store. It can be resumed and divided into shards; damaged entries are
+//! rendered again. `cyclopean prepare` and `demo` call it.
 
 use std::collections::BTreeMap;
 
@@ -9,31 +10,33 @@ use super::store::{Store, StoreError};
 
 pub use crate::shard::Shard;
 
-/// What stands where for one stimulus.
+/// What the store holds for one stimulus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Found {
     /// Whole; nothing to do.
     Whole,
     /// Never rendered, or the scene, shaders or settings have changed.
     Missing,
-    /// Made again.
+    /// There, but damaged; it will be rendered again.
     Damaged,
 }
 
-/// What was done, or (dry) would be.
+/// What was done, or in a dry run would be done.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Report {
     pub whole: Vec<String>,
     pub missing: Vec<String>,
     pub damaged: Vec<String>,
-    /// For what is missing or damaged, from what the same methods took before; none when nothing is known.
+    /// Estimated time for what is missing or damaged, from what the same methods took before; none when nothing is
+    /// known.
     pub estimate_seconds: Option<f64>,
 }
 
-/// Renders what is missing; the whole also removes what preparations that were killed have left half-made. `progress` is called once a stimulus, before it (`None`: the last is done).
+/// Renders what is missing. A run over the whole study also removes what killed preparations left half-made. `progress`
+/// is called before each stimulus, and with `None` after the last.
 ///
 /// # Errors
-/// The first stimulus that cannot be made; those before it are in the store. `progress` can end the work.
+/// The first stimulus that cannot be rendered; those before it are in the store. `progress` can stop the work.
 pub fn prepare(
     definition: &Definition,
     store: &Store,
@@ -91,7 +94,7 @@ pub fn survey(
     Ok(report)
 }
 
-/// The stimuli of a shard.
+/// The stimuli that belong to a shard.
 pub fn requests(definition: &Definition, shard: Shard) -> Vec<StimulusRequest> {
     shard.of(Plan::all_stimuli(definition)).collect()
 }

@@ -1,4 +1,4 @@
-//! What `study check` says of a study that can be read: conditions, an order, its length, what must be rendered.
+//! What `study check` reports of a study that can be read: conditions, an order, its length, and what must be rendered.
 
 use cyclopean_analysis::journal::record::{Condition, Purpose, Side};
 use serde::Serialize;
@@ -17,10 +17,10 @@ pub struct Preview {
     pub row: u64,
     /// Indices into `conditions`, in the order of the row, with what each presentation is for.
     pub order: Vec<Shown>,
-    /// Presentations, blanks and answers; without pages and breaks.
+    /// Length of presentations, blanks and answers, without pages and breaks.
     pub minutes: f64,
     pub stimuli: usize,
-    /// Not whole in the store.
+    /// Stimuli that are not whole in the store.
     pub to_render: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -32,7 +32,7 @@ pub struct Shown {
     pub a_is: Option<Side>,
 }
 
-/// A person's usual time on the panel where the study does not say, seconds.
+/// A person's usual time on the panel, seconds, for a study that does not state it.
 const ANSWER_SECONDS: f64 = 4.0;
 
 impl Preview {
@@ -58,7 +58,7 @@ impl Preview {
         }
     }
 
-    /// For people.
+    /// The report for people, line by line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![format!("study {}: {} conditions", self.study, self.conditions.len())];
         for condition in &self.conditions {

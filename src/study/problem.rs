@@ -5,9 +5,9 @@ use std::fmt;
 /// One thing that is wrong in a study file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// Where, such as `conditions.cross.method[1]`; empty: the file.
+    /// The JSON path, such as `conditions.cross.method[1]`; empty: the whole file.
     pub path: String,
-    /// What stands there and what is allowed.
+    /// The value there, and what is allowed.
     pub what: String,
 }
 

@@ -1,4 +1,4 @@
-//! Questionnaires: which there are, when they are asked, and their items. How to add one is in docs/contributing.md.
+//! The questionnaires, when they are asked, and their items. docs/contributing.md says how to add one.
 
 use std::collections::BTreeMap;
 
@@ -10,24 +10,25 @@ use super::language::Language;
 /// Item name, question, options. Each item may be declined.
 pub type ItemText = (&'static str, &'static str, &'static [&'static str]);
 
-/// What can be asked.
+/// The questionnaires that a study can ask.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Questionnaire {
-    /// Age band, gender, correction, experience; each may be declined.
+    /// Age band, gender, vision correction and experience; each may be declined.
     Person,
-    /// Simulator sickness, sixteen symptoms 0 ..= 3, before and after.
+    /// Simulator sickness: sixteen symptoms, each 0 ..= 3, before and after the presentations.
     Ssq,
 }
 
 /// One questionnaire.
 pub struct Form {
     pub which: Questionnaire,
-    /// The phase of a session in which it is asked before the presentations, if it is; journals say so.
+    /// The phase of a session in which it is asked before the presentations, as journals name it; none: it is not asked
+    /// then.
     pub before: Option<&'static str>,
-    /// Likewise after them.
+    /// The same for after the presentations.
     pub after: Option<&'static str>,
-    /// What stands above each item.
+    /// The text above each item.
     pub lead: fn(&Language) -> &str,
     pub items: &'static [ItemText],
 }
@@ -51,13 +52,13 @@ pub const FORMS: &[Form] = &[
 ];
 
 impl Form {
-    /// The one that is asked in this phase.
+    /// The questionnaire that is asked in this phase.
     pub fn of_phase(phase: &str) -> Option<&'static Form> {
         FORMS.iter().find(|form| form.before == Some(phase) || form.after == Some(phase))
     }
 }
 
-/// Bands instead of ages: less to identify anybody by.
+/// Age bands instead of ages, because they identify people less.
 const PERSON: &[ItemText] = &[
     ("age-band", "How old are you?", &["18-24", "25-34", "35-44", "45-54", "55-64", "65 or more"]),
     ("gender", "Your gender?", &["woman", "man", "non-binary", "another"]),
@@ -90,13 +91,13 @@ const SSQ: &[ItemText] = &[
 /// Scores of one filled-in questionnaire.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SsqScores {
-    /// 0 ..= 200.34
+    /// Nausea, 0 ..= 200.34.
     pub nausea: f64,
-    /// 0 ..= 159.18
+    /// Oculomotor disturbance, 0 ..= 159.18.
     pub oculomotor: f64,
-    /// 0 ..= 292.32
+    /// Disorientation, 0 ..= 292.32.
     pub disorientation: f64,
-    /// 0 ..= 235.62
+    /// Total score, 0 ..= 235.62.
     pub total: f64,
 }
 
@@ -105,7 +106,7 @@ const NAUSEA: [usize; 7] = [1, 6, 7, 8, 9, 15, 16];
 const OCULOMOTOR: [usize; 7] = [1, 2, 3, 4, 5, 9, 11];
 const DISORIENTATION: [usize; 7] = [5, 8, 10, 11, 12, 13, 14];
 
-/// None unless every item has an answer from 0 to 3 (by item name).
+/// The scores; none unless every item has an answer from 0 to 3 (by item name).
 pub fn ssq_scores(answers: &BTreeMap<String, u32>) -> Option<SsqScores> {
     let values: Vec<u32> =
         SSQ.iter().map(|(name, ..)| answers.get(*name).copied().filter(|v| *v <= 3)).collect::<Option<_>>()?;

@@ -12,13 +12,13 @@ use sha2::{Digest, Sha256};
 pub struct Stream(ChaCha20Rng);
 
 impl Stream {
-    /// The stream of this name.
+    /// The stream for this seed, row and purpose.
     pub fn new(seed: u64, row: u64, purpose: &str) -> Stream {
         let key = Sha256::digest(format!("cyclopean stream 1\n{seed}\n{row}\n{purpose}\n"));
         Stream(ChaCha20Rng::from_seed(key.into()))
     }
 
-    /// Uniform in `0..n` by rejection of the incomplete last interval; `n` ≥ 1.
+    /// Uniform in `0..n`, n ≥ 1; words in the incomplete last interval are rejected.
     pub fn below(&mut self, n: u64) -> u64 {
         assert!(n > 0, "a choice among nothing");
         let limit = u64::MAX - (u64::MAX % n + 1) % n;
@@ -35,13 +35,13 @@ impl Stream {
         ((self.0.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Standard normal, by Box and Muller (one of the pair).
+    /// A standard normal number, by Box and Muller (one of the pair is used).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.unit().ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// Fisher and Yates, from the end.
+    /// Shuffles by Fisher and Yates, from the end.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last as u64 + 1) as usize);

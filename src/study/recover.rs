@@ -1,4 +1,4 @@
-//! Sets the damaged end of a journal aside, so that what stands before it can be used again.
+//! Sets the damaged end of a journal aside, so that the lines before it can be used again. `study recover` calls it.
 
 use std::fs::OpenOptions;
 use std::io::BufReader;
@@ -16,16 +16,16 @@ pub struct Recovered {
     pub journal: PathBuf,
     /// Lines that stay.
     pub whole_lines: u64,
-    /// Bytes that were set aside in a file beside the journal; 0: nothing was wrong.
+    /// Bytes that were set aside in a file beside the journal; 0: nothing was damaged.
     pub cut_bytes: u64,
-    /// Lines among these whose check sums are right: they came after the damage.
+    /// Lines among these bytes whose check sums are right; they came after the damage.
     pub whole_lines_cut: u64,
     /// What was wrong.
     pub why: Option<String>,
 }
 
 impl Recovered {
-    /// For people, line by line.
+    /// The result for people, line by line.
     pub fn lines(&self) -> Vec<String> {
         let name = self.journal.display();
         match &self.why {
@@ -41,10 +41,10 @@ impl Recovered {
     }
 }
 
-/// Cuts a journal before its first line that cannot be believed; the rest is kept in a file beside it.
+/// Cuts a journal before its first line that fails a check; the rest is kept in a file beside it.
 ///
 /// # Errors
-/// It is no journal, is in use, or the folder cannot be written; nothing is cut then.
+/// It is no journal, it is in use, or the folder cannot be written; nothing is cut then.
 pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
     let io = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
     let file = files::open_with(OpenOptions::new().read(true).append(true), path).map_err(io)?;
@@ -56,7 +56,7 @@ pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
     for entry in reader.by_ref() {
         match entry {
             Ok(_) => whole_lines += 1,
-            // Of a newer program, or the disk does not answer: cutting would destroy.
+            // A newer program wrote it, or the disk cannot be read: cutting would destroy good lines.
             Err(error @ (JournalError::Read { .. } | JournalError::Version { .. })) => return Err(error.into()),
             Err(error) => why = Some(error.to_string()),
         }

@@ -1,4 +1,5 @@
-//! The study file's JSON Schema, from its types, and a walk along it that finds every problem at once.
+//! The JSON Schema of study files, generated from their types, and a walk along it that finds all problems of a file at
+//! once.
 
 use std::sync::LazyLock;
 
@@ -7,12 +8,12 @@ use serde_json::Value;
 use super::definition::Definition;
 use super::problem::Problem;
 
-/// The schema as checked in under `studies/schema.json`.
+/// Generates the schema that is checked in as `studies/schema.json`.
 pub fn generate() -> Value {
     schemars::schema_for!(Definition).to_value()
 }
 
-/// Checks a value's form: keys, types, ranges, names of choices. Empty: it can be read.
+/// Checks a value's form: keys, types, ranges, names of choices. Without problems it can be deserialised.
 pub fn check(value: &Value) -> Vec<Problem> {
     static SCHEMA: LazyLock<Value> = LazyLock::new(generate);
     let mut walk = Walk { root: &SCHEMA, problems: Vec::new() };
@@ -102,7 +103,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// The words of a plain choice, whichever way the schema writes it.
+/// The words of a plain choice, in either of the forms in which the schema writes it.
 fn words(schema: &Value) -> Option<Vec<&str>> {
     if let Some(list) = schema["enum"].as_array() {
         return Some(list.iter().filter_map(Value::as_str).collect());

@@ -1,7 +1,7 @@
-//! The folder of sessions: `STUDY/PARTICIPANT/SESSION.jsonl`, and which row of the order each has.
+//! The folder of sessions, `STUDY/PARTICIPANT/SESSION.jsonl`, and the row of the order that each session has.
 //!
-//! Rows are reserved under a lock when a session starts and given back when it is withdrawn or abandoned; real,
-//! pilot and simulated sessions have rows of their own. Seed and row prove the order, not the state of this folder.
+//! A row is reserved under a lock when a session starts, and freed when the session is withdrawn or abandoned. Real,
+//! pilot and simulated sessions have rows of their own. Seed and row prove an order; the state of this folder does not.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -16,7 +16,7 @@ use super::disk::Disk;
 use super::poses;
 use super::writer::{self, Durability, JournalWriter, WriterError};
 
-/// What is known of a row. After a withdrawal the id is gone.
+/// What is known of a row. After a withdrawal the participant's id is removed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Reservation {
     row: u64,
@@ -31,11 +31,11 @@ struct Reservation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum RowState {
-    /// A session has it, under way or ended.
+    /// An unfinished session has the row, whether or not it is running now.
     Reserved,
     /// The session ran to its end.
     Completed,
-    /// Free for the next one.
+    /// Free for the next session.
     Released,
 }
 
@@ -44,7 +44,7 @@ struct Rows {
     rows: Vec<Reservation>,
 }
 
-/// The folder of sessions does not allow what was asked.
+/// The folder of sessions does not allow the request.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionsError {
     #[error(
@@ -73,7 +73,7 @@ pub enum SessionsError {
     Writer(#[from] WriterError),
 }
 
-/// A session's place.
+/// Where a session is kept, and its row.
 #[derive(Debug)]
 pub struct Place {
     pub participant: String,
@@ -129,7 +129,7 @@ impl Sessions {
         }
     }
 
-    /// Rows as the journals themselves tell them, where the list is lost. A journal without a header has none.
+    /// The rows as the journals state them, for when the list is lost. A journal without a header has no row.
     fn rows_of_journals(&self) -> Result<Rows, SessionsError> {
         let mut rows = Vec::new();
         let folders = match fs::read_dir(&self.folder) {
@@ -186,7 +186,7 @@ impl Sessions {
     /// Reserves the first free row for a new session and creates its journal, both under the lock.
     ///
     /// # Errors
-    /// The id is none, the participant is known already, or the folder cannot be written.
+    /// The id has a wrong form, the participant is known already, or the folder cannot be written.
     pub fn begin(
         &self,
         participant: &str,
@@ -198,7 +198,7 @@ impl Sessions {
         }
         let _lock = self.locked()?;
         let mut rows = self.read_rows()?;
-        // Reserved, and then the program ended before the journal had its name.
+        // The row was reserved, but the program ended before the journal had its name.
         for row in &mut rows.rows {
             if let (RowState::Reserved, Some(p), Some(s)) = (row.state, &row.participant, &row.session)
                 && !self.journal_path(p, s).exists()
@@ -262,7 +262,7 @@ impl Sessions {
             })
     }
 
-    /// The session ran to its end.
+    /// Marks the session as run to its end.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -270,7 +270,7 @@ impl Sessions {
         self.mark(participant, session, RowState::Completed)
     }
 
-    /// The row is free again; the journal stays.
+    /// Frees the row of a session; the journal stays.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -289,12 +289,12 @@ impl Sessions {
         self.write_rows(&rows)
     }
 
-    /// Deletes everything of a participant and leaves a tombstone without the id. Gives the deleted files.
+    /// Deletes everything of a participant and leaves a tombstone without the id. Returns the deleted files.
     ///
-    /// The tombstone is written first: killed in between, a second call finishes the deletion.
+    /// The tombstone is written first: if the program is killed in between, a second call finishes the deletion.
     ///
     /// # Errors
-    /// There is nothing, a session is under way, or the folder cannot be written.
+    /// There is no data, a session is under way, or the folder cannot be written.
     pub fn withdraw(&self, participant: &str, token: &str) -> Result<Vec<PathBuf>, SessionsError> {
         let folder = self.folder.join(participant);
         let no_data = || SessionsError::NoData { participant: participant.to_owned(), folder: self.folder.clone() };

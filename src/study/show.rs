@@ -1,5 +1,5 @@
-//! What a participant saw, from the journal alone: the stimuli of a presentation as requests, and whether a renderer makes
-//! the same bytes of them again.
+//! Finds out what a participant saw, from the journal alone: the stimuli of a presentation as requests to a renderer,
+//! and whether a renderer makes the same bytes of them again. `study show` calls it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,20 +13,20 @@ use super::stimulus::{StimulusRenderer, StimulusRequest};
 use super::store::file_sha256;
 use super::writer::WriterError;
 
-/// A journal with everything that its stimuli follow from.
+/// A journal, with everything that determines its stimuli.
 #[derive(Debug)]
 pub struct Seen {
     pub header: Box<Header>,
-    /// As the journal has them, and how each was asked for.
+    /// The stimuli as the journal records them, each with the request that it was rendered by.
     pub stimuli: Vec<(Stimulus, StimulusRequest)>,
     pub planned: Vec<Planned>,
-    /// What was shown, every attempt.
+    /// Every attempt that was shown.
     pub presentations: Vec<Presentation>,
-    /// All of it.
+    /// All entries of the journal.
     pub entries: Vec<Entry>,
 }
 
-/// What a journal cannot show.
+/// Why a journal or a presentation cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ShowError {
     #[error(transparent)]
@@ -76,7 +76,7 @@ impl Seen {
         Ok(Seen { header, stimuli, planned, presentations, entries })
     }
 
-    /// Indices of the stimuli of a presentation: one; A and B; or reference, A and B; with what each was.
+    /// The stimuli of a presentation, each with its role and its index: one stimulus; A and B; or reference, A and B.
     ///
     /// # Errors
     /// [`ShowError::NoPresentation`].
@@ -98,9 +98,10 @@ impl Seen {
 /// A stimulus rendered again.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Again {
-    /// Where its files are.
+    /// The folder of its files.
     pub folder: PathBuf,
-    /// This renderer would file it under the address that the journal has: same scene, shaders, settings and kind of device.
+    /// Whether this renderer gives it the address that the journal has: the same scene, shaders, settings and kind of
+    /// device.
     pub same_key: bool,
     /// Files whose bytes differ from what the participant was shown, or that are missing.
     pub differing: Vec<String>,

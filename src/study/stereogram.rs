@@ -1,4 +1,4 @@
-//! Random-dot stereograms: a square that only two eyes together can see, in one of four places.
+//! Random-dot stereograms: a square in one of four places that can be seen only with both eyes together.
 //!
 //! The square's dots are *moved* in the right image, and fresh dots fill what they uncover (Julesz 1960). No dot of
 //! either image is used twice, so each image alone is independent noise: there is no monocular cue.
@@ -6,10 +6,10 @@
 use super::protocol::ScreeningTrial;
 use super::random::Stream;
 
-/// Both eyes' images, black (0) and white (255), rows from the top.
+/// Both eyes' images: black (0) and white (255) dots, rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stereogram {
-    /// Dots a side.
+    /// Number of dots along a side.
     pub size: usize,
     pub left: Vec<u8>,
     pub right: Vec<u8>,
@@ -85,13 +85,13 @@ mod tests {
 
     #[test]
     fn one_eye_stays_at_chance_whatever_it_looks_for() {
-        // 0.25 ± 4 standard errors.
+        // The chance rate 0.25 ± 4 standard errors.
         let chance = 0.25 - 0.039..0.25 + 0.039;
         for eye in [|s: &Stereogram| s.left.clone(), |s: &Stereogram| s.right.clone()] {
             for lag in 0..5 {
                 let seen = share(|s, cx, cy, half| {
                     let image = eye(s);
-                    // Brightness, and dots that repeat at each small distance, also across the square's left edge.
+                    // Brightness, and dots that repeat at each small distance, also across the left edge of the square.
                     sum(half + 4, cx, cy, |x, y| match lag {
                         0 => image[y * SIZE + x] == 255,
                         lag => image[y * SIZE + x] == image[y * SIZE + x - lag],

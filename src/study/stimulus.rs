@@ -1,4 +1,4 @@
-//! What a study asks of a renderer, and what a build can offer. The renderer itself stands behind a trait.
+//! What a study asks of a renderer, and what a build can render. The renderer itself is behind a trait.
 
 use std::path::Path;
 
@@ -20,30 +20,30 @@ pub struct StimulusRequest {
     /// The path that the head follows; none: a still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// How long the stimulus moves at the most, seconds: as long as it is shown at one time. None for a still.
+    /// Longest time for which the stimulus is shown without interruption, and so moves, seconds. None for a still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
     /// Method name, without `@samples`.
     pub method: String,
-    /// Samples a pixel; none: the method's own default.
+    /// Samples per pixel; none: the method's own default.
     pub samples: Option<u32>,
-    /// Pixels per eye.
+    /// Width of each eye's image, pixels.
     pub width_px: u32,
-    /// Pixels per eye.
+    /// Height of each eye's image, pixels.
     pub height_px: u32,
     /// Distance between the eyes, metres.
     pub ipd_m: f64,
     /// Horizontal field of view per eye, degrees; none: the view's own.
     pub horizontal_fov_deg: Option<f64>,
-    /// Of the renderer's samples.
+    /// Seed of the renderer's samples.
     pub seed: u64,
     /// Samples along a side of each pixel; none: 2 where graphics hardware renders, 1 in software.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub antialias: Option<u32>,
-    /// Lights cast shadows.
+    /// Whether lights cast shadows.
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     pub shadows: bool,
-    /// Indirect diffuse light instead of the environment's.
+    /// Whether indirect diffuse light is used instead of the environment's.
     #[serde(default, skip_serializing_if = "is_false")]
     pub indirect: bool,
     /// Method of ambient occlusion; none: nothing occludes ambient light.
@@ -77,13 +77,13 @@ impl StimulusRequest {
         }
     }
 
-    /// The samples a pixel that a study asks of a method; none: the method's own default.
+    /// The samples per pixel that a study asks of a method; none: the method's own default.
     pub fn samples(definition: &Definition, method: &str) -> Option<u32> {
         let (name, written) = split_method(method);
         written.or_else(|| definition.stimuli.samples.get(name).copied())
     }
 
-    /// For messages: `pica/default by sssr`, `pica/default along sway by sssr`.
+    /// A name for messages: `pica/default by sssr`, `pica/default along sway by sssr`.
     pub fn label(&self) -> String {
         let view = self.view.as_deref().unwrap_or("default");
         let path = self.path.as_ref().map(|path| format!(" along {path}")).unwrap_or_default();
@@ -92,7 +92,8 @@ impl StimulusRequest {
     }
 }
 
-/// `NAME@N` → name and samples. A suffix that is no positive number stays in the name, which no catalogue knows.
+/// `NAME@N` → name and samples. A suffix that is no positive number stays part of the name, and no catalogue knows such
+/// a name.
 pub fn split_method(method: &str) -> (&str, Option<u32>) {
     match method.split_once('@').map(|(name, n)| (name, n.parse::<u32>())) {
         Some((name, Ok(n))) if n > 0 => (name, Some(n)),
@@ -100,7 +101,7 @@ pub fn split_method(method: &str) -> (&str, Option<u32>) {
     }
 }
 
-/// What the renderer says of a stimulus it made. Deterministic: no times, no host.
+/// What the renderer states about a stimulus that it made. It is deterministic: no times, no host.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StimulusInfo {
     /// SHA-256 (hex) of the scene's bytes.
@@ -109,7 +110,7 @@ pub struct StimulusInfo {
     pub shaders_sha256: Option<String>,
     /// Name and version of the renderer, and the kind of device.
     pub renderer: String,
-    /// Samples a pixel that were taken.
+    /// Samples per pixel that were taken.
     pub samples: u32,
     /// Mean standard error of a pixel's luminance, linear; none where the method has no estimate.
     pub standard_error: Option<f64>,
@@ -118,7 +119,7 @@ pub struct StimulusInfo {
     pub horizontal_fov_deg: Option<f64>,
     /// Measured systematic inconsistency between the eyes, linear luminance; none where it was not measured.
     pub inconsistency: Option<f64>,
-    /// Its frames where it moves; none: a still.
+    /// Its frames, if it moves; none: a still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film: Option<Film>,
 }
@@ -140,8 +141,8 @@ pub trait StimulusRenderer {
     /// The scene cannot be loaded, or the method does not exist.
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String>;
 
-    /// Writes `stereo.exr` (linear, multi-view) and `sbs.png` into the existing empty folder `into`; along a path these
-    /// are the first frame, and [`frame_file`] names the others.
+    /// Writes `stereo.exr` (linear, multi-view) and `sbs.png` into the existing empty folder `into`. For a stimulus
+    /// along a path, these are the first frame; [`frame_file`] names the others.
     ///
     /// # Errors
     /// What failed; the caller removes the folder.
@@ -151,7 +152,8 @@ pub trait StimulusRenderer {
 /// The files of every stimulus.
 pub const STIMULUS_FILES: [&str; 2] = ["sbs.png", "stereo.exr"];
 
-/// The file of a frame of a moving stimulus, display values, left and right half; frame 0 is `sbs.png`.
+/// The file of a frame of a moving stimulus: display values of the left and the right eye, side by side; frame 0 is
+/// `sbs.png`.
 pub fn frame_file(frame: u32) -> String {
     match frame {
         0 => STIMULUS_FILES[0].to_owned(),
@@ -159,13 +161,13 @@ pub fn frame_file(frame: u32) -> String {
     }
 }
 
-/// What this build can show.
+/// What this build can render.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Catalogue {
     pub scenes: Vec<CatalogueScene>,
-    /// Without `@samples`.
+    /// Names of methods, without `@samples`.
     pub methods: Vec<String>,
-    /// Those whose name may end in a percentage, as `stereo-hybrid-25`.
+    /// Methods whose name may end in a percentage, such as `stereo-hybrid-25`.
     pub with_percentage: Vec<String>,
     /// Methods of ambient occlusion.
     pub ao: Vec<String>,
@@ -173,17 +175,17 @@ pub struct Catalogue {
     pub paths: Vec<String>,
 }
 
-/// A scene and its views; no views: only the default one can be asked for.
+/// A scene and its views. Without views only the default one can be asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CatalogueScene {
     pub name: String,
     pub views: Vec<String>,
-    /// Paths of its own, beside [`Catalogue::paths`].
+    /// Paths of this scene, besides [`Catalogue::paths`].
     pub paths: Vec<String>,
 }
 
 impl Catalogue {
-    /// A catalogue of these names, every scene with its default view only.
+    /// A catalogue of these names, in which every scene has only its default view.
     pub fn of(scenes: &[&str], methods: &[&str]) -> Catalogue {
         let scene = |name: &&str| CatalogueScene { name: (*name).to_owned(), views: Vec::new(), paths: Vec::new() };
         let scenes = scenes.iter().map(scene);
@@ -211,7 +213,7 @@ impl Catalogue {
         scene.paths.iter().chain(&self.paths).map(String::as_str).collect()
     }
 
-    /// Whether this build renders a method of this name, `@samples` and a percentage from 0 to 100 included.
+    /// Whether this build renders a method of this name. `@samples` and a percentage from 0 to 100 may be part of it.
     pub fn has_method(&self, method: &str) -> bool {
         let (name, _) = split_method(method);
         let digits = |p: &str| p.chars().all(|c| c.is_ascii_digit() || c == '.');

@@ -1,11 +1,12 @@
-//! The content-addressed store of stimuli.
+//! The content-addressed store of stimuli: a request is looked up, checked, and rendered if needed.
 //!
 //! ```text
 //! objects/KK/KEY/{sbs.png, stereo.exr, stimulus.json, timing.json}    KK: first two digits of KEY
 //! objects/KK/KEY/sbs_NNNNN.png                                        frame NNNNN of a moving stimulus, from 1
 //! requests/HASH.json                                                  request → KEY; HASH: of the request's JSON
 //! ```
-//! Everything but `timing.json` is the same on every machine of one kind, so that the parts of many machines can be copied together.
+//! Every file but `timing.json` is the same whoever renders it, so folders made by several shards can be copied
+//! together.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -30,7 +31,7 @@ pub struct SideCar {
     pub files: BTreeMap<String, String>,
 }
 
-/// What differs from one rendering to the next.
+/// The file `timing.json`: it differs from one rendering to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RenderTiming {
     pub seconds: f64,
@@ -42,7 +43,7 @@ struct Alias {
     key: String,
 }
 
-/// A stimulus in the store, its files checked against their sums.
+/// A stimulus in the store whose files were checked against their sums.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stored {
     pub folder: PathBuf,
@@ -50,7 +51,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Its pictures as they are shown, in order: one of a still, one a frame of a moving stimulus.
+    /// Its pictures in the order of their display: one of a still, one for each frame of a moving stimulus.
     pub fn frame_paths(&self) -> Vec<PathBuf> {
         let frames = self.side_car.info.film.map_or(1, |film| film.frames);
         (0..frames).map(|frame| self.folder.join(frame_file(frame))).collect()
@@ -103,7 +104,7 @@ impl Store {
         self.root.join("requests").join(format!("{}.json", super::sha256_hex(&text)))
     }
 
-    /// Finds a stimulus by what was asked for, and checks every byte of it.
+    /// Finds a stimulus by its request, and checks every byte of it.
     ///
     /// # Errors
     /// It is missing or damaged.
@@ -123,14 +124,14 @@ impl Store {
         Ok(stored)
     }
 
-    /// The entry of a key; none when there is none.
+    /// The entry of a key; none when there is no entry.
     ///
     /// # Errors
-    /// It is there and damaged.
+    /// The entry exists and is damaged.
     pub fn check(&self, key: &str) -> Result<Option<Stored>, StoreError> {
         let folder = self.folder(key);
         let path = folder.join("stimulus.json");
-        // Asked first: an entry that appears meanwhile appears whole.
+        // The folder is looked for first: an entry that appears afterwards appears whole.
         let is_there = folder.exists();
         let bytes = match files::read(&path, MOST_TEXT) {
             Ok(bytes) => bytes,
@@ -142,7 +143,7 @@ impl Store {
         };
         let side_car: SideCar = serde_json::from_slice(&bytes)
             .map_err(|e| StoreError::Damaged { path: path.clone(), what: e.to_string() })?;
-        // Before their names are made: a few digits can promise billions of frames.
+        // This is checked before the names are made, because a few digits can promise billions of frames.
         let frames = side_car.info.film.map_or(1, |film| film.frames as usize);
         if side_car.key != key
             || frames > side_car.files.len()
@@ -161,13 +162,13 @@ impl Store {
         Ok(Some(Stored { folder, side_car }))
     }
 
-    /// Seconds it took to render an entry; none when it is not known.
+    /// Seconds that rendering an entry took; none when it is not known.
     pub fn seconds(&self, key: &str) -> Option<f64> {
         let bytes = files::read(&self.folder(key).join("timing.json"), MOST_TEXT).ok()?;
         serde_json::from_slice::<RenderTiming>(&bytes).ok().map(|t| t.seconds)
     }
 
-    /// Renders into a folder beside the entry and moves it there whole, then lets the request point to it.
+    /// Renders into a folder beside the entry's place and moves it there as a whole. Then the request points to it.
     ///
     /// # Errors
     /// The renderer failed or the disk is full; the store is then as before.
@@ -180,12 +181,12 @@ impl Store {
         let folder = self.folder(key);
         let parent = folder.parent().unwrap_or(&self.root);
         fs::create_dir_all(parent).map_err(|source| StoreError::Io { path: parent.to_owned(), source })?;
-        // What stands there is damaged, or another process was faster; both are the same bytes when whole.
+        // An entry that exists is damaged, or another process was faster; whole ones have the same bytes.
         let is_whole = || self.check(key).is_ok_and(|entry| entry.is_some());
         files::write_folder(&folder, is_whole, |part| self.fill(renderer, request, key, part))
     }
 
-    /// Removes what programs that were killed have left of their writing; see [`parts::sweep`].
+    /// Removes what killed programs left half-written; see [`parts::sweep`].
     ///
     /// # Errors
     /// A folder that cannot be read.
@@ -232,7 +233,7 @@ impl Store {
         Ok(())
     }
 
-    /// Lets a request point to an entry; writes only what changes.
+    /// Makes a request point to an entry; writes only if something changes.
     ///
     /// # Errors
     /// The disk is full or read-only.

@@ -2,7 +2,7 @@
 
 use super::definition::Definition;
 
-/// `n` scenes rated on five steps by one method, timings short.
+/// A study of `n` scenes by one method, rated on five steps, with short timings.
 pub fn rate(n: usize, repetitions: u32) -> Definition {
     let scenes: Vec<String> = (0..n).map(|i| format!("scene-{i}")).collect();
     let text = serde_json::json!({
@@ -19,7 +19,7 @@ pub fn rate(n: usize, repetitions: u32) -> Definition {
     serde_json::from_value(text).expect("a study for tests")
 }
 
-/// `n` scenes, two methods compared, toggled four times in ten seconds.
+/// A study of `n` scenes in which two methods are compared, toggled four times in ten seconds.
 pub fn compare(n: usize, repetitions: u32) -> Definition {
     let scenes: Vec<String> = (0..n).map(|i| format!("scene-{i}")).collect();
     let text = serde_json::json!({
@@ -37,7 +37,7 @@ pub fn compare(n: usize, repetitions: u32) -> Definition {
     serde_json::from_value(text).expect("a study for tests")
 }
 
-/// Everything a journal says before trial 1.
+/// Every record that a journal holds before trial 1.
 pub fn preamble(definition: &Definition, plan: &super::plan::Plan) -> Vec<cyclopean_analysis::journal::Record> {
     use cyclopean_analysis::journal::record::{self, Record};
     let info = crate::display::headless::Headless::information(90.0);

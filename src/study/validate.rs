@@ -1,4 +1,4 @@
-//! From a study file's text to a definition, or every problem at once: JSON path, value, what is allowed.
+//! Turns a study file's text into a definition, or lists every problem at once: JSON path, value, and what is allowed.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub enum StudyError {
     Invalid { path: PathBuf, problems: Vec<Problem> },
 }
 
-/// Nobody mends more at a time.
+/// The most problems that a message lists.
 const MOST_SHOWN: usize = 100;
 
 fn list(problems: &[Problem]) -> String {
@@ -41,7 +41,7 @@ fn list(problems: &[Problem]) -> String {
     }
 }
 
-/// A study as loaded: the definition, and the bytes it was made from.
+/// A loaded study: the definition, and the text that it was made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     pub path: PathBuf,
@@ -61,7 +61,7 @@ pub fn load(path: &Path) -> Result<Study, StudyError> {
     parse(path, text)
 }
 
-/// [`load`] for a text in hand; `path` is for messages.
+/// [`load`] for a text in memory; `path` is only used in messages.
 ///
 /// # Errors
 /// As [`load`].
@@ -75,7 +75,7 @@ pub fn parse(path: &Path, text: String) -> Result<Study, StudyError> {
         return Err(invalid(problems));
     }
     let definition: Definition = serde_json::from_str(&text).map_err(|e| invalid(one("", e.to_string())))?;
-    // Before anything is crossed, shown or ordered: a few numbers can ask for billions.
+    // The size is checked before conditions are crossed, shown or ordered: a few numbers can ask for billions.
     let problems = judge_size(&definition);
     if !problems.is_empty() {
         return Err(invalid(problems));
@@ -88,7 +88,7 @@ pub fn parse(path: &Path, text: String) -> Result<Study, StudyError> {
     Ok(Study { path: path.to_owned(), text, sha256, definition })
 }
 
-/// A participant id is a pseudonym that can be a folder name.
+/// Whether a text can be a participant id: a pseudonym that is valid as the name of a folder.
 pub fn is_participant_id(id: &str) -> bool {
     let mut bytes = id.bytes();
     id.len() <= 32
@@ -111,14 +111,14 @@ impl Problems {
     }
 }
 
-/// More than anybody answers, and than is ordered in reasonable time.
+/// Limits that are more than anybody answers, and that can still be ordered in reasonable time.
 const MOST_CONDITIONS: usize = 10_000;
 const MOST_PRESENTATIONS: usize = 100_000;
 const MOST_IN_ALL: usize = 4_000_000;
 const MOST_CHOICES: usize = 100;
 const MOST_ENTRIES: usize = 1000;
 
-/// How much a study asks for.
+/// Checks how much a study asks for.
 fn judge_size(d: &Definition) -> Vec<Problem> {
     let mut p = Problems::default();
     let mut at_most = |path: &str, count: usize, most: usize, what: &str| {
@@ -149,7 +149,7 @@ fn judge_size(d: &Definition) -> Vec<Problem> {
     p.0
 }
 
-/// What the schema cannot say.
+/// Checks the rules that the schema cannot express.
 fn judge(d: &Definition) -> Vec<Problem> {
     let mut p = Problems::default();
     if !is_study_id(&d.id) {
@@ -328,7 +328,7 @@ fn judge_analysis(d: &Definition, p: &mut Problems) {
     }
 }
 
-/// Every name that the study uses and this build does not have.
+/// Finds every name that the study uses and this build does not have.
 pub fn resolve(definition: &Definition, catalogue: &Catalogue) -> Vec<Problem> {
     let mut problems: Vec<Problem> = Vec::new();
     let mut add = |path: String, what: String| {
@@ -350,7 +350,7 @@ pub fn resolve(definition: &Definition, catalogue: &Catalogue) -> Vec<Problem> {
     all.extend(definition.practice.iter().enumerate().map(|(i, s)| (format!("practice[{i}]"), s)));
     all.extend(definition.catch_trials.iter().enumerate().map(|(i, c)| (format!("catch_trials[{i}].show"), &c.show)));
     for (path, spec) in all {
-        // A crossed condition's name stands at its level, not at a condition.
+        // A crossed condition's name is reported at its level, not at a condition.
         let at = |key: &str, level: &str| match cross.filter(|_| path.starts_with("conditions")) {
             Some(cross) => {
                 let levels: &[String] = match key {

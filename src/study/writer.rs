@@ -1,4 +1,5 @@
-//! The journal's one writer: append, sync, and the opening of a file that somebody was writing when all went dark.
+//! The only writer of journals: appends and syncs lines, and opens a journal again after the program or the power
+//! failed.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom};
@@ -12,7 +13,7 @@ use cyclopean_analysis::journal::{self, Entry, JournalError, Verifier, VerifyErr
 
 use super::disk::Disk;
 
-/// A journal cannot be written or taken up again. What was synced before stands.
+/// A journal cannot be written or resumed. The lines that were synced before are safe.
 #[derive(Debug, thiserror::Error)]
 pub enum WriterError {
     #[error(
@@ -43,17 +44,17 @@ pub enum WriterError {
     },
 }
 
-/// When the disk must have what was written.
+/// When what was written must be on the disk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Durability {
-    /// At every sync of the protocol: what people need.
+    /// At every sync of the protocol, as sessions with people need.
     #[default]
     Synced,
-    /// When the system likes: for simulated observers alone.
+    /// Whenever the system writes it; only for simulated observers.
     Relaxed,
 }
 
-/// See the module's documentation. Holds the file's lock.
+/// See the module's documentation. It holds a lock on the file.
 #[derive(Debug)]
 pub struct JournalWriter {
     disk: Disk,
@@ -70,10 +71,10 @@ pub struct JournalWriter {
 }
 
 impl JournalWriter {
-    /// A new file; its name is durable when this returns.
+    /// Makes a new file; its name is durable when this returns.
     ///
     /// # Errors
-    /// It exists, or the folder does not take it.
+    /// The file exists, or the folder cannot be written.
     pub fn create(disk: Disk, path: &Path, kind: Kind, durability: Durability) -> Result<JournalWriter, WriterError> {
         let fail = |what| move |source| WriterError::Io { what, path: path.to_owned(), source };
         let file = disk.create_new(path).map_err(fail("create"))?;
@@ -100,9 +101,9 @@ impl JournalWriter {
         }
     }
 
-    /// Opens a journal to go on. `take` gets every entry; a torn last line is set aside in a file beside it.
+    /// Opens a journal to append to it. `take` gets every entry; a torn last line is set aside in a file beside it.
     ///
-    /// Gives the writer and the bytes that were set aside.
+    /// Returns the writer and the number of bytes that were set aside.
     ///
     /// # Errors
     /// A line before the last is damaged, the file is in use, or `take` refuses an entry.
@@ -120,7 +121,7 @@ impl JournalWriter {
         let mut reader = journal::read_from(path, BufReader::with_capacity(1 << 18, source));
         let mut verifier = Verifier::default();
         let mut torn = false;
-        // Created, and then the program ended before the first line: no entries, no error.
+        // The file was created, but the program ended before the first line: no entries, no error.
         let empty = writer.file.metadata().map_err(fail("open"))?.len() == 0;
         for entry in reader.by_ref().take(if empty { 0 } else { usize::MAX }) {
             let entry = match entry {
@@ -142,7 +143,7 @@ impl JournalWriter {
         Ok((writer, cut))
     }
 
-    /// Appends a record; it is in the system's hands when this returns.
+    /// Appends a record. When this returns, the system has it, but not necessarily the disk.
     ///
     /// # Errors
     /// The disk is full or gone; the last line may then be torn, and nothing more must be written.
@@ -166,7 +167,7 @@ impl JournalWriter {
     /// Everything appended so far is on the disk when this returns.
     ///
     /// # Errors
-    /// The disk says no.
+    /// The disk cannot sync the file.
     pub fn sync(&mut self) -> Result<(), WriterError> {
         if self.durability == Durability::Synced {
             self.disk.sync(&self.file).map_err(|source| WriterError::Io {
@@ -183,7 +184,7 @@ impl JournalWriter {
         &self.path
     }
 
-    /// Lines so far.
+    /// Number of lines so far.
     pub fn lines(&self) -> u64 {
         self.seq
     }
@@ -198,21 +199,21 @@ impl JournalWriter {
         self.last_wall
     }
 
-    /// Bytes that a power loss cannot take.
+    /// Number of bytes that a power loss cannot take.
     pub fn synced_bytes(&self) -> u64 {
         self.synced_bytes
     }
 }
 
-/// How often, and how far apart, a lock is tried: a process that is being started holds its parent's files for an
-/// instant.
+/// How often a lock is tried, and how long the wait between two tries is. A process that is being started holds its
+/// parent's files open for an instant.
 const LOCK_TRIES: u32 = 10;
 const LOCK_WAIT: Duration = Duration::from_millis(20);
 
-/// Takes a journal's lock; it goes with the file.
+/// Takes a journal's lock, which is released when the file is closed.
 ///
 /// # Errors
-/// Another program holds its lock.
+/// Another program holds the lock.
 pub fn lock(file: &File, path: &Path) -> Result<(), WriterError> {
     for _ in 0..LOCK_TRIES {
         match file.try_lock() {
@@ -226,7 +227,7 @@ pub fn lock(file: &File, path: &Path) -> Result<(), WriterError> {
     Err(WriterError::Locked { path: path.to_owned() })
 }
 
-/// Copies all bytes from `keep` on to a file beside the journal, then cuts them off. Gives their number.
+/// Copies all bytes from `keep` on into a file beside the journal, then cuts them off. Returns their number.
 ///
 /// # Errors
 /// The copy cannot be made durable; nothing is cut then.

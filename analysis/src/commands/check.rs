@@ -16,7 +16,7 @@ use super::input::{print, print_json};
 /// `mos check PATH…`
 #[derive(Args)]
 pub struct Check {
-    /// Journals (.jsonl), folders of them, patterns, or tidy CSV files
+    /// Journals (.jsonl), folders of journals, patterns with * and ?, or tidy CSV files
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// Print one JSON object
@@ -25,7 +25,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// One line a source; an error at the end when any is damaged.
+    /// Prints one line for each source; ends with an error if any source is damaged.
     pub fn run(self) -> Result<()> {
         let (mut lines, mut objects) = (String::new(), Vec::new());
         let mut damaged = 0;

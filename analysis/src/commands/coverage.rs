@@ -1,4 +1,4 @@
-//! `mos coverage`: the command behind the documented coverage table.
+//! `mos coverage`: makes the coverage table of the documentation.
 
 use anyhow::Result;
 use clap::Args;
@@ -12,19 +12,19 @@ use super::input::{self, print, print_json};
 /// `mos coverage`
 #[derive(Args)]
 pub struct Coverage {
-    /// Votes a study
+    /// Numbers of votes per study
     #[arg(long, value_delimiter = ',', default_values_t = [10, 30])]
     n: Vec<u32>,
-    /// Simulated studies
+    /// Number of simulated studies
     #[arg(long, default_value_t = 10_000)]
     studies: u32,
-    /// Level of the intervals
+    /// Confidence level of the intervals
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     level: f64,
-    /// Resamples of the bootstraps
+    /// Number of resamples of each bootstrap
     #[arg(long, default_value_t = 999, value_parser = clap::value_parser!(u32).range(99..=100_000))]
     resamples: u32,
-    /// Seed
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print one JSON object

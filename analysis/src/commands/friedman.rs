@@ -21,7 +21,7 @@ pub struct Friedman {
     /// The factor whose levels are compared
     #[arg(long, default_value = "method")]
     factor: String,
-    /// Adjustment of the pairwise tests that follow
+    /// How the p-values of the pairwise tests that follow are adjusted
     #[arg(long, value_enum, default_value = "holm")]
     adjust: Correction,
 }

@@ -1,4 +1,4 @@
-//! Options that every command which reads answers has.
+//! Options of every command that reads answers.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -13,16 +13,16 @@ use serde_json::Value;
 /// Where the answers are and which of them count.
 #[derive(Args, Clone)]
 pub struct Input {
-    /// Journals (.jsonl), folders of them, patterns, tidy CSV files, or - for CSV on standard input
+    /// Journals (.jsonl), folders of journals, patterns with * and ?, tidy CSV files, or - for CSV on standard input
     #[arg(required = true, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
-    /// Only this study
+    /// Analyse only this study
     #[arg(long, value_name = "ID")]
     pub study: Option<String>,
-    /// Only sessions of this kind
+    /// Analyse only sessions of this kind
     #[arg(long, value_enum)]
     pub kind: Option<KindName>,
-    /// Analyse these kinds together with real sessions (all of them without a value); tables are stamped
+    /// Analyse sessions of these kinds together with real ones; without a value, of every kind. Tables are stamped then
     #[arg(long, value_enum, value_name = "KIND", num_args = 0..=1, require_equals = true,
           value_delimiter = ',', default_missing_value = "all")]
     pub allow_kind: Vec<KindName>,
@@ -40,11 +40,11 @@ pub struct Input {
 /// A kind of session, or all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum KindName {
-    /// People of the study
+    /// Participants of the study
     Real,
-    /// People trying it out
+    /// People who try the study out
     Pilot,
-    /// Observers made by code
+    /// Simulated observers
     Simulated,
     /// Every kind
     All,
@@ -93,7 +93,7 @@ impl Input {
     }
 }
 
-/// A scale's ends, `LOW,HIGH`.
+/// Parses the ends of a scale, `LOW,HIGH`.
 pub fn scale(text: &str) -> Result<interval::Scale, String> {
     let (low, high) = text.split_once([',', ':']).ok_or("two numbers with a comma, such as 1,5")?;
     let number = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("`{t}` is not a number"));
@@ -109,7 +109,7 @@ pub fn scale(text: &str) -> Result<interval::Scale, String> {
     }
 }
 
-/// A level between 0 and 1, or a percentage.
+/// Parses a level between 0 and 1, or a percentage.
 pub fn level(text: &str) -> Result<f64, String> {
     let value: f64 = text.trim_end_matches('%').trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
     let value = if value > 1.0 || text.ends_with('%') { value / 100.0 } else { value };

@@ -1,4 +1,4 @@
-//! The subcommands of `mos`, one a file, and what they share.
+//! The subcommands of `mos`, one in each file, and what they share.
 
 pub mod check;
 pub mod coverage;
@@ -40,17 +40,17 @@ enum Command {
     Preference(preference::Preference),
     /// Friedman's test of several conditions, then all pairs
     Friedman(friedman::Friedman),
-    /// Observers: BT.500, P.910, agreement; shown, never applied
+    /// Screening of observers by BT.500, P.910 and their agreement; it is shown, and leaves nobody out
     Screen(screen::Screen),
     /// Power and size of a planned study, by simulation
     Power(power::Power),
     /// Coverage of every kind of interval, by simulation
     Coverage(coverage::Coverage),
-    /// The whole analysis as one page, Markdown, LaTeX, CSV or JSON
+    /// The whole analysis as one HTML page, Markdown, LaTeX, CSV or JSON
     Report(report::Report),
     /// Tidy CSV, data dictionary, Psych-DS folder and R script from journals
     Export(export::Export),
-    /// Read without analysing: check sums, order, gaps, doubles, kinds, timing
+    /// Check journals without analysing them: check sums, order, gaps, duplicates, kinds, timing
     Check(check::Check),
     /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
     Wilcoxon(wilcoxon::Wilcoxon),

@@ -12,52 +12,53 @@ use super::input::{print, print_json};
 /// `mos power`
 #[derive(Args)]
 pub struct Power {
-    /// Numbers of participants
+    /// Numbers of participants to try
     #[arg(long, value_delimiter = ',', default_values_t = [6, 8, 10, 12, 15, 20, 24, 30])]
     n: Vec<u32>,
-    /// Latent difference of the methods, scale steps
+    /// Latent difference between the methods, in scale steps
     #[arg(long, default_value_t = 0.75, allow_hyphen_values = true)]
     effect: f64,
-    /// Latent quality half-way between the methods
+    /// Latent quality half-way between the methods, in scale steps
     #[arg(long, default_value_t = 3.0)]
     base: f64,
-    /// SD of a person's bias
+    /// Standard deviation of the observers' biases, in scale steps
     #[arg(long, default_value_t = 0.5)]
     bias: f64,
-    /// SD of a person's own opinion of each method
+    /// Standard deviation between observers in their opinion of each method, in scale steps
     #[arg(long, default_value_t = 0.4)]
     person_method: f64,
-    /// SD of a single answer
+    /// Standard deviation of a single answer, in scale steps
     #[arg(long, default_value_t = 0.7)]
     noise: f64,
-    /// Share of random answers
+    /// Share of answers that are given at random
     #[arg(long, default_value_t = 0.02)]
     lapse: f64,
-    /// Steps of the scale
+    /// Number of steps of the scale
     #[arg(long, default_value_t = 5)]
     points: u32,
-    /// Scenes
+    /// Number of scenes
     #[arg(long, default_value_t = 3)]
     scenes: u32,
-    /// Showings of every condition
+    /// How often every condition is shown
     #[arg(long, default_value_t = 1)]
     repetitions: u32,
-    /// Level of the test
+    /// Significance level of the test
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
-    /// Also the power of showing equivalence within this margin, scale steps
+    /// Also compute the power of showing equivalence within this margin, in scale steps
     #[arg(long)]
     equivalence: Option<f64>,
-    /// Simulated studies for every number
+    /// Number of simulated studies for each number of participants
     #[arg(long, default_value_t = 2_000)]
     studies: u32,
-    /// Seed
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Instead: exact rejection rate for independent votes with these shares of the ratings 1, 2, …
+    /// Instead of simulating, compute the exact rejection rate for independent votes with these shares of the ratings
+    /// 1, 2, …
     #[arg(long, value_delimiter = ',', requires = "votes_b")]
     votes_a: Vec<f64>,
-    /// The shares for the other method
+    /// The shares of the ratings for the other method
     #[arg(long, value_delimiter = ',', requires = "votes_a")]
     votes_b: Vec<f64>,
     /// Print one JSON object

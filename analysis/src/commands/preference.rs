@@ -15,16 +15,16 @@ use super::input::{self, Input, print, print_json};
 pub struct Preference {
     #[command(flatten)]
     input: Input,
-    /// Conditions, such as scene,eye [default: all factors of the study]
+    /// Factors whose combinations are the conditions, such as scene,eye [default: all factors of the study]
     #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
     by: Vec<String>,
-    /// The ratings that mean: other better, imperceptible, method better
+    /// The three ratings, in this order: other better, no difference seen, method better
     #[arg(long, value_delimiter = ',', num_args = 1, default_values_t = [1, 2, 3], allow_hyphen_values = true)]
     values: Vec<i32>,
     /// Level of the intervals
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     level: f64,
-    /// Resamples of the bootstrap of Davidson's strengths
+    /// Number of bootstrap resamples for the intervals of Davidson's strengths
     #[arg(long, default_value_t = 1_999, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     resamples: u32,
     /// Seed of the bootstrap

@@ -23,9 +23,9 @@ pub enum Format {
     Md,
     /// LaTeX
     Latex,
-    /// The MOS table
+    /// The table of mean opinion scores
     Csv,
-    /// Every number
+    /// Every number, as one JSON object
     Json,
 }
 
@@ -34,7 +34,7 @@ pub enum Format {
 pub struct Report {
     #[command(flatten)]
     input: Input,
-    /// The format
+    /// The format of the report
     #[arg(long, value_enum, default_value = "html")]
     format: Format,
     /// The file to write [default: report.html; other formats go to standard output]
@@ -43,22 +43,22 @@ pub struct Report {
     /// Title of the page
     #[arg(long, default_value = "Study report")]
     title: String,
-    /// The interval [default: the study file's, else t]
+    /// The kind of interval [default: the study file's, else t]
     #[arg(long, value_enum)]
     ci: Option<Method>,
-    /// Its level [default: the study file's, else 0.9]
+    /// The confidence level of the interval [default: the study file's, else 0.9]
     #[arg(long, value_parser = input::level)]
     level: Option<f64>,
-    /// Equivalence margin of stereo - path-traced, scale steps [default: the study file's]
+    /// Equivalence margin of stereo - path-traced, in scale steps [default: the study file's]
     #[arg(long, value_name = "MARGIN")]
     equivalence: Option<f64>,
     /// Seed of the bootstraps
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// A compare.json: MOS is drawn against measured inconsistency
+    /// A compare.json of `cyclopean compare`: the mean opinion scores are plotted against the measured inconsistency
     #[arg(long, value_name = "FILE")]
     metrics: Option<PathBuf>,
-    /// PNG files to embed; the caption is the file's name
+    /// PNG files to embed; each file's name becomes its caption
     #[arg(long, value_name = "PNG", value_delimiter = ',')]
     figure: Vec<PathBuf>,
 }

@@ -14,16 +14,16 @@ use super::input::{Input, print, print_json};
 pub struct Screen {
     #[command(flatten)]
     input: Input,
-    /// Standard deviation per stimulus in BT.500: divided by n (sureal) or n-1 (the ITU's text)
+    /// Divisor of the standard deviation per stimulus in BT.500: n (as sureal) or n-1 (as the ITU's text)
     #[arg(long, value_enum, default_value = "n")]
     sigma: Sigma,
-    /// P.910 as the reference implementation, without a floor under an observer's inconsistency
+    /// Compute P.910 as the reference implementation does, without a floor under the observers' inconsistency
     #[arg(long)]
     as_sureal: bool,
 }
 
 impl Screen {
-    /// Reads, screens, prints; nothing is left out of anything.
+    /// Reads, screens and prints. No observer is left out of anything.
     pub fn run(self) -> Result<()> {
         let loaded = self.input.load(Columns { by_repetition: true, ..Columns::default() })?;
         let data = &loaded.data;

@@ -11,29 +11,29 @@ use serde_json::json;
 
 use super::input::{self, Input, print, print_json};
 
-/// The ratings that mean other, no difference and method, where a study does not say it.
+/// The ratings that mean other, no difference and method, for studies that do not say it.
 const PAPER_VALUES: [i32; 3] = [1, 2, 3];
-/// Bootstraps of Davidson's strengths in the JSON object, as many as `mos preference` takes.
+/// Bootstrap resamples for Davidson's strengths in the JSON object; `mos preference` has the same default.
 const RESAMPLES: u32 = 1_999;
 
-/// `mos table PATH…`: means, and for comparisons who was preferred to whom.
+/// `mos table PATH…`: mean opinion scores, and for comparisons which method was preferred.
 #[derive(Args)]
 pub struct Table {
     #[command(flatten)]
     input: Input,
-    /// Factors that make the rows, such as scene,method [default: all factors of the study]
+    /// Factors whose combinations make the rows, such as scene,method [default: all factors of the study]
     #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
     by: Vec<String>,
-    /// The interval
+    /// The kind of interval
     #[arg(long, value_enum, default_value = "t")]
     ci: Method,
-    /// Its level
+    /// The confidence level of the interval
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     level: f64,
-    /// Resamples of a bootstrap
+    /// Number of resamples of a bootstrap interval
     #[arg(long, default_value_t = 9_999, value_parser = clap::value_parser!(u32).range(99..=1_000_000))]
     resamples: u32,
-    /// Seed of a bootstrap
+    /// Seed of a bootstrap interval
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Lowest and highest rating [default: the study's; else 1,5 where the ratings fit]

@@ -18,28 +18,28 @@ use super::input::{self, Input, print, print_json};
 pub struct Test {
     #[command(flatten)]
     input: Input,
-    /// A contrast FACTOR=A,B (A - B), more than once if wanted [default: the study file's]
+    /// A contrast FACTOR=A,B (the difference A - B); may be given more than once [default: the study file's]
     #[arg(long, value_name = "FACTOR=A,B", value_parser = contrast)]
     contrast: Vec<(String, String, String)>,
-    /// Compare each participant's mean vote with this value [default: the study file's, for forced choices]
+    /// Test each participant's mean vote against this value [default: the study file's, for forced choices]
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     against: Option<i32>,
-    /// One test for each level of this factor
+    /// Test every contrast separately for each level of this factor
     #[arg(long, value_name = "FACTOR")]
     per: Option<String>,
-    /// Zero differences [default: the study file's, else wilcox]
+    /// What happens to zero differences [default: the study file's, else wilcox]
     #[arg(long, value_enum)]
     zeros: Option<Zeros>,
-    /// Continuity correction of the asymptotic z
+    /// Apply the continuity correction to the asymptotic z
     #[arg(long)]
     correction: bool,
     /// Alternative hypothesis [default: the study file's, else two-sided]
     #[arg(long, value_enum)]
     alternative: Option<Alternative>,
-    /// When to compute the exact null
+    /// When to compute the exact null distribution
     #[arg(long, value_enum)]
     exact: Option<Exact>,
-    /// Adjustment within a family of contrasts [default: the study file's, else holm]
+    /// How p-values are adjusted within a family of contrasts [default: the study file's, else holm]
     #[arg(long, value_enum)]
     adjust: Option<Correction>,
     /// Level of the intervals of effect sizes
@@ -48,18 +48,18 @@ pub struct Test {
     /// Level of the interval of the mean paired difference
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     difference_level: f64,
-    /// Two one-sided tests of equivalence within this margin, scale steps [default: the study file's]
+    /// Also test equivalence within this margin, in scale steps, by two one-sided tests [default: the study file's]
     #[arg(long, value_name = "MARGIN")]
     equivalence: Option<f64>,
     /// Level of each one-sided test of equivalence
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
-    /// Also pool all participant x cell pairs as if independent, as the paper may have done
+    /// Also test all participant x cell pairs as if they were independent, as the paper may have done
     #[arg(long)]
     pooled: bool,
 }
 
-/// `FACTOR=A,B`.
+/// Parses `FACTOR=A,B`.
 pub fn contrast(text: &str) -> Result<(String, String, String), String> {
     let form = || format!("`{text}` is not FACTOR=A,B, such as method=stereo,sssr");
     let (factor, levels) = text.split_once('=').ok_or_else(form)?;
@@ -106,7 +106,8 @@ impl Test {
         }
     }
 
-    /// Of the contrasts asked for, else of the study file's pair, else of stereo − path-traced.
+    /// Tests equivalence for the contrasts that were asked for; else for the study file's pair; else for stereo −
+    /// path-traced.
     fn equivalences(&self, data: &Dataset) -> Result<Vec<NamedEquivalence>, Error> {
         let mut out = planned_equivalences(data, self.equivalence, self.alpha)?;
         if let (Some(margin), false) = (self.equivalence, self.contrast.is_empty()) {

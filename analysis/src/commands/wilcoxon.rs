@@ -13,25 +13,26 @@ use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, Zeros, signed_ra
 
 use super::input::{self, print, print_json};
 
-/// The most bytes of a list of numbers: the test sorts them in memory.
+/// The most bytes of a list of numbers, which the test sorts in memory.
 const MOST_NUMBERS: u64 = 64 << 20;
 
 /// `mos wilcoxon [FILE|-]`
 #[derive(Args)]
 pub struct Wilcoxon {
-    /// Numbers: one column = differences, two = x and y; a header line is allowed; - reads standard input
+    /// File of numbers: one column of differences, or two columns x and y; a header line is allowed; - reads standard
+    /// input
     #[arg(default_value = "-")]
     file: PathBuf,
-    /// Zero differences
+    /// What happens to zero differences
     #[arg(long, value_enum, default_value = "wilcox")]
     zeros: Zeros,
-    /// Continuity correction of the asymptotic z
+    /// Apply the continuity correction to the asymptotic z
     #[arg(long)]
     correction: bool,
     /// Alternative hypothesis
     #[arg(long, value_enum, default_value = "two-sided")]
     alternative: Alternative,
-    /// When to compute the exact null
+    /// When to compute the exact null distribution
     #[arg(long, value_enum, default_value = "auto")]
     exact: Exact,
     /// Level of the intervals of effect sizes

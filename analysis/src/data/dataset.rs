@@ -1,4 +1,4 @@
-//! Responses reduced to what every statistic needs: one tally a participant and cell.
+//! Responses, reduced to what every statistic needs: one tally for each participant and cell.
 //!
 //! Memory grows with participants × cells, never with responses, so ten million answers of ten
 //! thousand people fit in a few megabytes.
@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::{Response, Score, Selection};
 use crate::journal::{AnalysisPlan, Kind};
 
-/// More than any study has: what each participant says of each condition is kept.
+/// Limits of memory that no study reaches: one tally is kept for each participant and condition.
 const MOST_TALLIES: usize = 1 << 25;
 const MOST_CELLS: usize = 100_000;
 const MOST_STUDIES: usize = 1000;
@@ -20,7 +20,7 @@ pub struct Tally {
     pub n: u32,
     /// Their sum, in millionths.
     pub sum: i64,
-    /// Repetitions seen, for the first 64: a second answer to the same showing is refused.
+    /// The first 64 repetitions, a bit for each that was seen: a second answer to the same showing is refused.
     seen: u64,
 }
 
@@ -77,18 +77,19 @@ pub struct Study {
     pub title: Option<String>,
     /// SHA-256 of the study file.
     pub sha256: Option<String>,
-    /// The study file, whole.
+    /// The whole study file.
     pub text: Option<String>,
     /// The scale's values and words, lowest first; empty when unknown.
     pub scale: Vec<(i32, String)>,
-    /// A forced choice between two images, not a rating.
+    /// Whether the study asks for a forced choice between two images, not for a rating.
     pub forced_choice: bool,
     /// The analysis that the study fixed beforehand.
     pub plan: Option<AnalysisPlan>,
 }
 
 impl Study {
-    /// Lowest and highest value of the scale: as stated, else 1–3 for a forced choice, else 1–5 if the votes fit.
+    /// Lowest and highest value of the scale: as stated; else 1 and 3 for a forced choice; else 1 and 5 if the votes
+    /// fit.
     pub fn ends(&self, seen: impl Iterator<Item = Score>) -> Option<(i32, i32)> {
         if let (Some(first), Some(last)) = (self.scale.iter().map(|s| s.0).min(), self.scale.iter().map(|s| s.0).max())
         {
@@ -99,12 +100,12 @@ impl Study {
     }
 }
 
-/// Everything read, reduced.
+/// All responses that were read, reduced to tallies.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
     /// Names of the factors; the cells' levels follow this order.
     pub factors: Vec<String>,
-    /// The studies met.
+    /// The studies that occur.
     pub studies: Vec<Study>,
     /// The cells, sorted by study and levels.
     pub cells: Vec<Cell>,
@@ -146,7 +147,7 @@ impl Dataset {
         levels.filter_map(|(f, l)| l.as_ref().map(|l| format!("{f} {l}"))).collect::<Vec<_>>().join(", ")
     }
 
-    /// The stamp that every table and plot of data other than real people's carries; `None` for real or unstated.
+    /// The stamp of every table and plot whose data are not all real; `None` for real sessions and unstated kinds.
     pub fn stamp(&self) -> Option<String> {
         let other = self.kinds.keys().any(|k| matches!(k, Some(Kind::Pilot | Kind::Simulated)));
         other.then(|| self.kinds.keys().map(|k| kind_name(*k)).collect::<Vec<_>>().join(" + "))
@@ -158,7 +159,8 @@ pub fn kind_name(kind: Option<Kind>) -> &'static str {
     kind.map_or("unstated", Kind::name)
 }
 
-/// Sorts levels as the paper lists them where it names them, else numbers by value and words by letter.
+/// The sort key of a level. Levels that the paper names come first, in its order; then numbers by value; then words
+/// alphabetically.
 pub fn level_key(level: &str) -> (usize, u64, String) {
     const KNOWN: [&str; 6] = ["sssr", "stereo", "path-traced", "traversal", "fade", "reprojection"];
     let known = KNOWN.iter().position(|k| *k == level).unwrap_or(KNOWN.len());
@@ -169,7 +171,7 @@ pub fn level_key(level: &str) -> (usize, u64, String) {
     (known, number, level.to_owned())
 }
 
-/// Takes responses one by one.
+/// Collects responses one by one into a [`Dataset`].
 #[derive(Debug, Default)]
 pub struct Builder {
     data: Dataset,
@@ -195,7 +197,7 @@ impl Builder {
             && (s.exclude.is_empty() || !s.exclude.contains(participant))
     }
 
-    /// Makes a study known, or adds what its first mention did not say; returns its index.
+    /// Adds a study, or adds to a known one what its first mention did not say; returns its index.
     pub fn study(&mut self, study: Study) -> usize {
         let studies = &mut self.data.studies;
         match studies.iter().position(|s| s.id == study.id) {
@@ -263,7 +265,7 @@ impl Builder {
     }
 
     fn person(&mut self, id: &str) -> usize {
-        // Rows of one person mostly stand together.
+        // Most rows of one participant follow each other.
         if let Some((last, i)) = &self.last
             && last == id
         {

@@ -1,4 +1,4 @@
-//! Sessions from their journals: verified, reduced, and added in the order of their paths.
+//! Reads sessions from their journals: verifies them, reduces them, and adds them in the order of their paths.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::journal::record::{Header, Outcome, Purpose, Question};
 use crate::journal::{Kind, SessionVotes, collect};
 
-/// What a table's reader may ask about a session; small, so that ten thousand fit.
+/// What a reader of a table may ask about a session. It is small, so that ten thousand fit in memory.
 #[derive(Clone, Debug, Serialize)]
 pub struct SessionSummary {
     /// The journal.
@@ -32,7 +32,7 @@ pub struct SessionSummary {
     pub outcome: Option<Outcome>,
     /// Trials with an answer that counts.
     pub answers: usize,
-    /// Trials that stay without one.
+    /// Trials that will stay without such an answer.
     pub missing: usize,
     /// Catch trials answered, and failed.
     pub catch: (u32, u32),
@@ -44,7 +44,7 @@ pub struct SessionSummary {
     pub device: String,
 }
 
-/// A session in full: one journal.
+/// A whole session, from one journal.
 pub type Session = SessionVotes;
 
 /// Reads journals on all cores and hands each session to `take` in the order of `files`.
@@ -57,8 +57,8 @@ pub fn sessions(files: &[PathBuf], mut take: impl FnMut(Session) -> Result<()>) 
 
 /// Runs `work` on every file on all cores and hands the results to `take` in the order of `files`.
 ///
-/// Decoding and check sums are nine tenths of the work and run in parallel; a bounded queue keeps
-/// memory at a few sessions.
+/// Decoding and check sums are nine tenths of the work and run in parallel. A bounded queue keeps at most a few
+/// sessions in memory.
 pub(crate) fn sessions_in_parallel<T: Send, E>(
     files: &[PathBuf],
     work: impl Fn(&Path) -> T + Sync,

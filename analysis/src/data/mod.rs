@@ -1,4 +1,4 @@
-//! From files to tallies: journals or tidy CSV, files, folders or patterns, streamed.
+//! Reads journals or tidy CSV from files, folders or patterns, as a stream, into tallies.
 
 mod dataset;
 mod journals;
@@ -24,7 +24,7 @@ use crate::journal::Kind;
 /// What to read and what to leave out.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Factors and cells.
+    /// Which columns are factors, and what a cell is.
     pub columns: Columns,
     /// Only sessions of this kind.
     pub kind: Option<Kind>,
@@ -36,12 +36,12 @@ pub struct Selection {
     pub exclude: BTreeSet<String>,
 }
 
-/// The data and what their sources say beside the answers.
+/// The data, and what their sources say besides the answers.
 #[derive(Clone, Debug, Default)]
 pub struct Loaded {
     /// The tallies.
     pub data: Dataset,
-    /// One summary a journal; empty for CSV.
+    /// One summary for each journal; empty for CSV.
     pub sessions: Vec<SessionSummary>,
     /// The files read.
     pub sources: Vec<PathBuf>,

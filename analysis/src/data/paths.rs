@@ -1,4 +1,4 @@
-//! Files, folders and patterns.
+//! Finds journals and tidy CSV files by paths of files, folders and patterns.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,9 +14,9 @@ pub enum Source {
     Journals(Vec<PathBuf>),
 }
 
-/// Sorts paths into CSV files and journals; folders are searched for `.jsonl` files, all the way down.
+/// Sorts paths into CSV files and journals. Folders are searched for `.jsonl` files, with all folders in them.
 ///
-/// Head poses (`.poses.jsonl`) beside a journal are passed over, however they are named.
+/// Head poses (`.poses.jsonl`) beside a journal are passed over, whether a path, a folder or a pattern names them.
 ///
 /// A path with `*` or `?` that does not exist as it stands is a pattern, for shells that expand none;
 /// `**` stands for any number of folders.
@@ -77,7 +77,7 @@ pub fn expand(paths: &[PathBuf]) -> Result<Vec<Source>> {
     Ok(sources)
 }
 
-/// Of a session's head poses, not of its journal.
+/// Whether the file holds a session's head poses instead of its journal.
 fn is_poses(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n.to_string_lossy().ends_with(".poses.jsonl"))
 }
@@ -87,7 +87,7 @@ fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(error)? {
         let entry = entry.map_err(error)?;
         let path = entry.path();
-        // Not through links: a loop would never end.
+        // Links are not followed, because a loop of links would never end.
         if entry.file_type().map_err(error)?.is_dir() {
             walk(&path, found)?;
         } else if path.extension().is_some_and(|e| e == "jsonl") && !is_poses(&path) {
@@ -123,7 +123,7 @@ fn pattern(at: &Path, parts: &[&str], found: &mut Vec<PathBuf>) {
     }
 }
 
-/// `*` any run of bytes, `?` any one.
+/// Whether a name matches a pattern: `*` stands for any run of bytes, `?` for any one byte.
 fn matches(pattern: &[u8], name: &[u8]) -> bool {
     match (pattern.split_first(), name.split_first()) {
         (None, None) => true,

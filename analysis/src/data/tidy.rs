@@ -1,4 +1,4 @@
-//! Tidy CSV: one row a response, columns `participant` and `rating`, any others beside them.
+//! Reads tidy CSV: one row for each response, the columns `participant` and `rating`, and any others.
 
 use std::cell::Cell;
 use std::io::{self, Read};
@@ -12,11 +12,11 @@ use crate::{escape, files};
 /// Columns that are factors wherever they occur; others become factors when a request names them.
 pub const FACTORS: [&str; 9] = ["scene", "view", "path", "method", "other", "reference", "eye", "module", "condition"];
 
-/// No row of answers has more bytes: a longer one is another kind of file, or a quote mark that is never closed.
+/// No row of answers has more bytes. A longer one is another kind of file, or has a quote mark that is never closed.
 const LONGEST_ROW: u64 = 1 << 20;
 
-/// A source that gives no more than a row may have until the row is there. The reader's buffer runs ahead of the rows:
-/// what it holds beyond one counts for the next.
+/// A source that fails when a row is longer than a row may be. The CSV reader's buffer reads ahead of the rows: bytes
+/// beyond the current row count for the next one.
 struct Rows<'a, R> {
     source: R,
     left: &'a Cell<u64>,
@@ -34,7 +34,7 @@ impl<R: Read> Read for Rows<'_, R> {
     }
 }
 
-/// Which columns to read.
+/// Which columns become factors of a cell.
 #[derive(Clone, Debug, Default)]
 pub struct Columns {
     /// Factors beyond [`FACTORS`] that the request names.
@@ -45,7 +45,7 @@ pub struct Columns {
     pub by_rating: bool,
 }
 
-/// Streams a tidy CSV file into `builder`; bounded memory whatever its length.
+/// Streams a tidy CSV file into `builder`, in bounded memory whatever the file's length.
 ///
 /// Columns: `participant` and `rating` (finite numbers; empty or `NA`: no answer, counted and noted);
 /// `study`, `kind` (real, pilot, simulated), `repetition` (a whole number) where present; factors as
@@ -158,7 +158,8 @@ pub fn read_from(path: &Path, source: impl Read, columns: &Columns, builder: &mu
             study: &study.map(&text).transpose()?.unwrap_or_default(),
             kind,
             factors: &levels,
-            // With the rating in the cell two showings no longer collide, and need no check.
+            // Where the rating is part of the cell, a second answer to the same showing is refused only if it repeats
+            // the rating.
             repetition: showing,
             rating: score,
         };

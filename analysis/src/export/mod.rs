@@ -1,4 +1,4 @@
-//! Data for other people's programs: tidy CSV, a data dictionary, a Psych-DS folder, an R script.
+//! Exports data for other programs: tidy CSV, a data dictionary, a Psych-DS folder, an R script. `mos export` calls it.
 
 mod psych_ds;
 
@@ -15,7 +15,7 @@ use crate::journal::record::{Outcome, Purpose};
 
 pub use psych_ds::{Column, columns as psych_ds_columns, name_part};
 
-/// One answer with all that may leave the house: no wall time, no host, no device.
+/// One answer, with all that may be published: no wall time, no host, no device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// Pseudonym.
@@ -36,11 +36,11 @@ pub struct Line {
     pub levels: Vec<String>,
     /// The rating.
     pub rating: i32,
-    /// Attempt that was answered.
+    /// The attempt that was answered.
     pub attempt: u32,
     /// Milliseconds from the panel's opening to the confirmation.
     pub answer_ms: f64,
-    /// A catch trial was passed.
+    /// Whether a catch trial was passed; `None` for trials.
     pub passed: Option<bool>,
     /// How the session ended.
     pub outcome: Option<Outcome>,
@@ -63,7 +63,7 @@ struct Gathered {
     studies: Vec<(String, String)>,
 }
 
-/// Factor columns and lines of all journals; mixed kinds are allowed here, each line says its own.
+/// Factor columns and lines of all journals. Kinds of session may be mixed here, because each line states its own.
 fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
     let mut files = Vec::new();
     for source in expand(paths)? {
@@ -128,7 +128,7 @@ fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
     Ok(Gathered { factors, lines, studies })
 }
 
-/// The words of one line, in the order of [`psych_ds_columns`].
+/// The cells of one line, in the order of [`psych_ds_columns`].
 fn cells(line: &Line) -> Vec<String> {
     let purpose = match line.purpose {
         Purpose::Trial => "trial",
@@ -211,7 +211,7 @@ fn dictionary(columns: &[Column]) -> Result<Vec<u8>> {
     writer.into_inner().map_err(|e| failed(&e))
 }
 
-/// A mixed ordinal model of the ratings, as a cross-check in another house's program.
+/// An R script that fits a mixed ordinal model to the ratings, so that an independent program checks the result.
 fn r_script(factors: &[String]) -> String {
     let mut out = String::from(
         "# Cumulative link mixed model of the ratings, study by study.\n\

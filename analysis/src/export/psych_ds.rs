@@ -21,7 +21,7 @@ pub struct Column {
     pub description: String,
 }
 
-/// The columns, factors in their place.
+/// The columns of the data files, with one for each factor.
 pub fn columns(factors: &[String]) -> Vec<Column> {
     let column = |name: &str, kind, unit, description: &str| Column {
         name: name.to_owned(),
@@ -76,7 +76,7 @@ pub fn columns(factors: &[String]) -> Vec<Column> {
     out
 }
 
-/// A word fit for a Psych-DS file name: letters and digits only.
+/// A text reduced to what a Psych-DS file name allows: letters and digits.
 ///
 /// ```
 /// assert_eq!(cyclopean_analysis::export::name_part("p-03_b"), "p03b");
@@ -85,9 +85,9 @@ pub fn name_part(text: &str) -> String {
     text.chars().filter(char::is_ascii_alphanumeric).collect()
 }
 
-/// Lines by file name below `data/`.
+/// The lines of each file, by its name below `data/`.
 pub(super) fn files(lines: &[Line]) -> BTreeMap<PathBuf, Vec<&Line>> {
-    // Two pseudonyms may differ in a dash only; a number keeps their files apart.
+    // Two pseudonyms may differ only in a dash; a number keeps their files apart.
     let mut names: BTreeMap<(&str, &str), String> = BTreeMap::new();
     for line in lines {
         let key = (line.study.as_str(), line.participant.as_str());
@@ -111,7 +111,7 @@ pub(super) fn files(lines: &[Line]) -> BTreeMap<PathBuf, Vec<&Line>> {
     out
 }
 
-/// The metadata file, JSON-LD with schema.org's words; every column is in `variableMeasured`.
+/// The metadata file, in JSON-LD with the vocabulary of schema.org; every column is in `variableMeasured`.
 pub(super) fn description(columns: &[Column], studies: &[(String, String)], lines: &[Line]) -> String {
     let mut kinds: Vec<&str> = lines.iter().map(|l| l.kind.name()).collect();
     kinds.sort_unstable();

@@ -1,4 +1,4 @@
-//! Reading: regular files only, and no more of one than its reader has use for.
+//! Reading: only regular files are opened, and no more of one is read than its reader can use.
 
 use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, BufRead, Read};
@@ -17,13 +17,14 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
-    // Asked before as well: to open a device can already do something.
+    // The type is checked before opening as well, because opening a device can already have an effect.
     match fs::metadata(path) {
         Ok(found) => regular(found.file_type())?,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
-    // Whatever has taken the file's place since: nothing waits for the other end of a pipe, and no terminal becomes ours.
+    // Something else may have taken the file's place since the check. These flags keep a named pipe from blocking, and
+    // a terminal from becoming this process's controlling terminal.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NONBLOCK | libc::O_NOCTTY);
     let file = options.open(path)?;
@@ -54,7 +55,7 @@ fn special(_: FileType) -> &'static str {
     "no file"
 }
 
-/// The bytes of a regular file that has `most` at most.
+/// Reads all bytes of a regular file that has at most `most`.
 ///
 /// # Errors
 /// As [`open`], or that the file is larger.
@@ -77,13 +78,13 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// Everything from a source that ends after `most` bytes, such as standard input.
+/// Appends to `into` everything that a source such as standard input gives, which may be at most `most` bytes.
 ///
 /// # Errors
 /// What the system says, or that there is more.
 pub fn read_at_most(source: impl Read, most: u64, into: &mut Vec<u8>) -> io::Result<()> {
     source.take(most.saturating_add(1)).read_to_end(into)?;
-    // A file that grows while it is read has said less than it holds.
+    // A file that grows while it is read holds more than its length said.
     if into.len() as u64 > most { Err(too_large("there is more", most)) } else { Ok(()) }
 }
 
@@ -91,7 +92,8 @@ fn too_large(what: &str, most: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("{what}, and at most {most} are read"))
 }
 
-/// The lines of a source, each of `longest` bytes at most; a longer one, or one that is not UTF-8, ends it as an error.
+/// The lines of a source, each of at most `longest` bytes. A longer line, or one that is not UTF-8, gives an error and
+/// ends the iteration.
 pub fn lines(mut source: impl BufRead, longest: u64) -> impl Iterator<Item = io::Result<String>> {
     let mut over = false;
     std::iter::from_fn(move || {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::parts::{Part, folder_of};
 
-/// A file could not be written; nothing stands under its final name that was not there before.
+/// A file could not be written. Under its final name there is what was there before.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", path.display())]
 pub struct WriteError {
@@ -17,9 +17,11 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
-/// Writes `path` through a temporary neighbour that is this writer's own: content synced, renamed, directory synced.
+/// Writes `path` through a temporary file beside it that belongs to this writer alone. The content is synced, the file
+/// is renamed, and then the folder is synced.
 ///
-/// A crash at any moment leaves the old file or the new one, never a part; of several writers at once, the last one's.
+/// A crash at any moment leaves the old file or the new one, never a part of it. Of several writers at once, the last
+/// one's file stays.
 ///
 /// # Errors
 /// [`WriteError`] with the final path when the folder is missing, full or read-only, or `fill` fails.
@@ -34,8 +36,9 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<
     written.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// Fills a folder beside `path` and moves it there whole. One that stands there stays where `is_whole` says so: of several
-/// writers at once the first one's, whose content must be as good.
+/// Fills a folder beside `path` and then moves it there as a whole. A folder that stands there already stays if
+/// `is_whole` says that it is whole. Of several writers at once the first one's folder stays, so all must write equally
+/// good content.
 ///
 /// # Errors
 /// What `fill` says, and `path` is then as it was; or [`WriteError`].
@@ -52,7 +55,7 @@ pub fn write_folder<E: From<WriteError>>(
     part.place_folder(path, is_whole).and_then(|()| sync_directory(folder_of(path))).map_err(error)
 }
 
-/// [`write_whole`] for bytes in hand.
+/// [`write_whole`] for bytes that are in memory.
 ///
 /// # Errors
 /// As [`write_whole`].
@@ -60,7 +63,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_whole(path, |out| out.write_all(bytes))
 }
 
-/// Makes a created or renamed entry durable: on Unix the directory is synced, elsewhere the system does it.
+/// Makes a created or renamed entry durable. On Unix the folder is synced; elsewhere the system does it.
 ///
 /// # Errors
 /// What the system says.

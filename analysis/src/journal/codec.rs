@@ -1,4 +1,5 @@
-//! One line: its envelope, its check sum, its wall time.
+//! One line of a journal: its envelope, its check sum, its wall time. The application writes by it, and the reader
+//! reads.
 //!
 //! A line is `P` + `,"crc":"` + eight lower-case hex digits + `"}` + `\n`, where `P` begins with `{"seq":` and
 //! the digits are the CRC-32 (IEEE 802.3, reflected, as in zip) of the bytes of `P`.
@@ -22,7 +23,7 @@ pub struct Entry {
     /// Wall time, UTC, RFC 3339 with milliseconds. May go back when somebody sets the clock.
     #[serde(with = "wall")]
     pub wall: DateTime<Utc>,
-    /// The same on every line of a file.
+    /// Whose session it is; the same on every line of a file.
     pub kind: Kind,
     /// What happened.
     pub record: Record,
@@ -37,12 +38,12 @@ pub enum LineError {
     /// The bytes are not those that were written.
     #[error("has check sum {found:08x}, but its bytes give {computed:08x}: it was damaged or edited")]
     CheckSum {
-        /// In the line.
+        /// The check sum that the line states.
         found: u32,
-        /// Of the bytes.
+        /// The check sum of the line's bytes.
         computed: u32,
     },
-    /// The check sum is right and the content is not a record this program knows.
+    /// The check sum is right, but the content is no record that this program knows.
     #[error("is not a known record ({message}): it comes from another version of the program")]
     Syntax {
         /// The parser's words.
@@ -53,7 +54,7 @@ pub enum LineError {
 /// Appends the line of `entry`, with its line feed, to `line`.
 ///
 /// # Errors
-/// A number that JSON cannot say (NaN, infinity); `line` is then as it was.
+/// A number that JSON cannot express (NaN, infinity); `line` is then as it was.
 pub fn encode(entry: &Entry, line: &mut Vec<u8>) -> Result<(), serde_json::Error> {
     let start = line.len();
     if let Err(error) = serde_json::to_writer(&mut *line, entry) {
@@ -77,11 +78,11 @@ pub fn encode(entry: &Entry, line: &mut Vec<u8>) -> Result<(), serde_json::Error
 /// See [`LineError`].
 pub fn decode(line: &[u8]) -> Result<Entry, LineError> {
     check(line)?;
-    // The trailer is left to the parser, which ignores the field it does not know.
+    // The parser ignores the trailer, as it ignores every field that it does not know.
     serde_json::from_slice(line).map_err(|error| LineError::Syntax { message: error.to_string() })
 }
 
-/// The check sum alone.
+/// Checks the check sum alone.
 ///
 /// # Errors
 /// See [`LineError`]; never `Syntax`.
@@ -99,7 +100,7 @@ pub fn check(line: &[u8]) -> Result<(), LineError> {
     if found == computed { Ok(()) } else { Err(LineError::CheckSum { found, computed }) }
 }
 
-/// RFC 3339 with exactly milliseconds and `Z`, parsed without the general parser: it is on every line.
+/// RFC 3339 with exactly milliseconds and `Z`. It is on every line, so it is parsed without the slower general parser.
 mod wall {
     use super::*;
 

@@ -1,4 +1,4 @@
-//! The analysis that a study fixes before its first participant; the study file's `analysis` block.
+//! The analysis that a study fixes before its first participant: the study file's `analysis` block.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ pub struct AnalysisPlan {
     /// The comparisons between two levels of a factor, in the order of their report.
     #[serde(default)]
     pub contrasts: Vec<Contrast>,
-    /// Compare each participant's mean vote with this value (a forced choice: the value of "same").
+    /// Compare each participant's mean vote with this value (in a forced choice, the value of "same").
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<i32>,
     /// The test of every contrast.
@@ -28,7 +28,7 @@ pub struct AnalysisPlan {
     /// How p values of one family are adjusted.
     #[serde(default)]
     pub correction: Correction,
-    /// Two one-sided tests for "no difference that matters"; without it no equivalence is claimed.
+    /// Two one-sided tests of equivalence; without this, no equivalence is claimed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub equivalence: Option<Equivalence>,
     /// Whose data is left out of the second set of tables.
@@ -51,10 +51,10 @@ pub struct Contrast {
     /// The factor whose levels are compared.
     #[serde(default = "method")]
     pub factor: String,
-    /// P values are adjusted within a family; one family is `primary`.
+    /// The family of the comparison, within which p values are adjusted; `primary` by default.
     #[serde(default = "primary")]
     pub family: String,
-    /// One test for each level of this factor (exploratory); none: over all.
+    /// One test for each level of this factor (exploratory); none: one test over all levels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
 }
@@ -79,7 +79,7 @@ pub enum Test {
     SignedRankAsymptotic,
 }
 
-/// See the statistics' documentation; the names are the command line's.
+/// What happens to differences of zero. The names are those of the command line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -112,10 +112,10 @@ pub enum Alternative {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Interval {
-    /// How it is made.
+    /// How the interval is made.
     #[serde(default)]
     pub kind: IntervalKind,
-    /// Its level, 0.5 ..= 0.999; the paper uses 0.9.
+    /// Its confidence level, 0.5 ..= 0.999; the paper uses 0.9.
     #[serde(default = "ninety")]
     pub level: f64,
 }
@@ -155,16 +155,16 @@ pub enum IntervalKind {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
-    /// Holm: family-wise error.
+    /// Holm: controls the family-wise error rate.
     #[default]
     Holm,
-    /// Benjamini–Hochberg: false discovery rate.
+    /// Benjamini–Hochberg: controls the false discovery rate.
     BenjaminiHochberg,
-    /// None.
+    /// No adjustment.
     None,
 }
 
-/// "No difference that matters" between two levels.
+/// A test of equivalence: no difference that matters between two levels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
@@ -173,7 +173,7 @@ pub struct Equivalence {
     pub a: String,
     /// Another level of the factor `method`.
     pub b: String,
-    /// Half width of the zone of no matter, scale steps, > 0.
+    /// Half width of the zone of equivalence, in scale steps, > 0.
     pub margin: f64,
 }
 
@@ -182,6 +182,6 @@ pub struct Equivalence {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Exclusion {
-    /// A participant who fails at least so many catch trials is left out (≥ 1).
+    /// A participant who fails at least this many catch trials is left out (≥ 1).
     pub failed_catch_trials: u32,
 }

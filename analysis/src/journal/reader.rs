@@ -1,4 +1,4 @@
-//! Reads a journal as a stream: one line in memory, each checked before it is believed.
+//! Reads a journal as a stream: one line is in memory at a time, and each is checked before it is used.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -8,11 +8,11 @@ use super::codec::{self, Entry, LineError};
 use super::record::{Kind, Record};
 use crate::files;
 
-/// No record is longer; a longer "line" is another kind of file.
+/// The most bytes of a line. No record is longer; a longer "line" is another kind of file.
 const LONGEST_LINE: u64 = 64 << 20;
 const BUFFER: usize = 1 << 18;
 
-/// A journal cannot be read on; names the file, the line (from 1) and what to do.
+/// A journal cannot be read any further. The message names the file, the line (from 1) and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// The file cannot be opened or read.
@@ -24,7 +24,7 @@ pub enum JournalError {
         #[source]
         source: io::Error,
     },
-    /// There is no line, or the first is no header.
+    /// There is no line, or the first line is no header.
     #[error("{}: not a journal: line 1 must be a `header` record; give a session's .jsonl file or a folder of them", path.display())]
     NoHeader {
         /// The file.
@@ -35,7 +35,7 @@ pub enum JournalError {
     Version {
         /// The file.
         path: PathBuf,
-        /// In the header.
+        /// The format number in the header.
         found: u32,
     },
     /// The last line has no line feed: the program or the power ended while it was written.
@@ -45,27 +45,27 @@ pub enum JournalError {
         path: PathBuf,
         /// From 1.
         line: u64,
-        /// Of the torn line.
+        /// Length of the torn line.
         bytes: u64,
     },
-    /// No record has so many bytes.
+    /// The line is longer than any record.
     #[error("{}: line {line} is longer than the {most} bytes that a record may have; this is no journal, or its end is not one. Restore the file from a copy", path.display())]
     TooLong {
         /// The file.
         path: PathBuf,
         /// From 1.
         line: u64,
-        /// What is read.
+        /// The most bytes of a line that are read.
         most: u64,
     },
-    /// A whole line that cannot be believed.
+    /// A whole line whose check sum or content is wrong.
     #[error("{}: line {line} {source}; reading stops here. Restore the file from a copy, or let `cyclopean study recover` set this line and all after it aside", path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// From 1.
         line: u64,
-        /// Why.
+        /// What is wrong with the line.
         #[source]
         source: LineError,
     },
@@ -76,9 +76,9 @@ pub enum JournalError {
         path: PathBuf,
         /// From 1.
         line: u64,
-        /// In the line.
+        /// The sequence number in the line.
         found: u64,
-        /// One more than the line before.
+        /// The sequence number of the line before, plus one.
         expected: u64,
     },
     /// The kind of participant changes within the file.
@@ -90,7 +90,7 @@ pub enum JournalError {
         line: u64,
         /// In the line.
         found: Kind,
-        /// In the lines before.
+        /// The kind in the lines before.
         expected: Kind,
     },
 }
@@ -109,7 +109,7 @@ pub fn read_from<R: BufRead>(path: &Path, source: R) -> Reader<R> {
     Reader { path: path.to_owned(), source, buffer: Vec::new(), line: 0, good_bytes: 0, kind: None, over: false }
 }
 
-/// The entries of a journal in order; after the first error it ends.
+/// The entries of a journal in order. It ends after the first error.
 #[derive(Debug)]
 pub struct Reader<R> {
     path: PathBuf,
@@ -127,7 +127,7 @@ impl<R: BufRead> Reader<R> {
         self.line
     }
 
-    /// Bytes of all whole and believed lines so far.
+    /// Bytes of all whole lines so far that passed their checks.
     pub fn good_bytes(&self) -> u64 {
         self.good_bytes
     }

@@ -1,6 +1,6 @@
-//! What a journal can say: one variant a kind of event, in the order in which a session writes them.
+//! What a journal can state: one variant for each kind of event, in the order in which a session writes them.
 //!
-//! Within a format version fields may be added with a default; a reader ignores fields it does not know.
+//! Within a format version, fields may be added with a default. A reader ignores fields that it does not know.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::AnalysisPlan;
 
-/// Whose answers these are. On every line; kinds are never analysed together.
+/// Whose answers these are. It stands on every line, and by default kinds are never analysed together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -16,12 +16,12 @@ pub enum Kind {
     Real,
     /// A person trying the study out.
     Pilot,
-    /// A seeded observer made by code.
+    /// A seeded simulated observer.
     Simulated,
 }
 
 impl Kind {
-    /// The word on every line, table and plot.
+    /// The word that stands on every line, table and plot.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Real => "real",
@@ -35,17 +35,17 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Record {
-    /// Line 1, always: what was run, by what, on what.
+    /// Always line 1: the study, the program, the display and the device.
     Header(Box<Header>),
     /// One for each stimulus file set, before trial 1.
     Stimulus(Stimulus),
     /// One for each condition, before trial 1.
     Condition(Condition),
-    /// How the order was made; the `planned` records that follow are its whole content.
+    /// How the order was made. The `planned` records that follow hold the order itself.
     Order(Order),
     /// One for each presentation of the session, in order, before trial 1.
     Planned(Planned),
-    /// Everything above is written and synced: the session may begin.
+    /// Everything before this line is written and synced: the session may begin.
     Ready(Ready),
     /// A state was entered that is not a presentation (consent, instructions, break, …).
     Phase(Phase),
@@ -57,7 +57,7 @@ pub enum Record {
     Begin(Begin),
     /// The stimulus was shown: when, how exactly, and whether it counts.
     Presentation(Presentation),
-    /// The participant chose, or changed the choice; not yet confirmed.
+    /// The participant chose, or changed the choice, and has not confirmed it yet.
     Change(Change),
     /// The participant confirmed; synced before anything else appears.
     Answer(Answer),
@@ -65,13 +65,13 @@ pub enum Record {
     Interrupted(Interrupted),
     /// A presentation that will not be shown again and has no answer that counts.
     Missing(Missing),
-    /// The session stands still.
+    /// The session was paused.
     Pause(Pause),
-    /// It goes on.
+    /// The session goes on after a pause.
     Continue(Continue),
     /// The file was opened again after the program had ended.
     Resume(Resume),
-    /// The operator passed over a state.
+    /// The operator skipped a state.
     Skip(Skip),
     /// The operator wrote something down.
     Note(Note),
@@ -79,7 +79,7 @@ pub enum Record {
     End(End),
 }
 
-/// What was run, by what, on what.
+/// The study, the program, the display and the device of a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Format version of this file, 1 ..= [`super::FORMAT`].
@@ -98,9 +98,9 @@ pub struct Header {
     pub analysis: AnalysisPlan,
     /// The program.
     pub program: Program,
-    /// Where it was shown.
+    /// The display that showed the session.
     pub display: Display,
-    /// What drew it; none for a display without a graphics device.
+    /// The graphics device that drew it; none for a display without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<Device>,
     /// Operating system and architecture.
@@ -108,10 +108,10 @@ pub struct Header {
     /// What the participant consented to; none when nobody is asked (simulated).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consent: Option<Consent>,
-    /// The folder of a frozen study this session was checked against: SHA-256 of its manifest.
+    /// SHA-256 of the manifest of the frozen study that this session was checked against.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frozen_sha256: Option<String>,
-    /// Name of the file of head poses beside the journal; none: none are kept.
+    /// Name of the file of head poses beside the journal; none: no poses are kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<String>,
 }
@@ -123,11 +123,11 @@ pub struct Study {
     pub id: String,
     /// The file's `title`.
     pub title: String,
-    /// Of the file's bytes, hex.
+    /// SHA-256 (hex) of the file's bytes.
     pub sha256: String,
-    /// The file, whole.
+    /// The whole file.
     pub text: String,
-    /// Root of every random stream.
+    /// The seed of every random stream.
     pub seed: u64,
 }
 
@@ -142,7 +142,7 @@ pub enum Question {
     },
     /// Choice 0 = A, 1 = same, 2 = B; the planned presentation says which of the two was A.
     Compare {
-        /// From the side chosen to the rating.
+        /// The rating for each side that can be chosen.
         values: PreferenceValues,
     },
 }
@@ -156,9 +156,9 @@ impl Question {
         }
     }
 
-    /// The rating of a choice, by the study's one-to-one mapping; `a_is` is the presentation's assignment.
+    /// The rating of a choice, by the study's one-to-one mapping. `a_is` says which side the presentation called A.
     ///
-    /// None when the choice does not exist, or a comparison has no assignment.
+    /// None when the choice does not exist, or when a comparison does not say which side was A.
     pub fn rating(&self, choice: u32, a_is: Option<Side>) -> Option<i32> {
         match self {
             Question::Rate { options } => options.get(choice as usize).map(|o| o.value),
@@ -227,7 +227,7 @@ pub struct Program {
     pub commit: String,
 }
 
-/// Where it was shown.
+/// The display that showed a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Display {
     /// `headless`, `desktop` or `openxr`.
@@ -236,45 +236,46 @@ pub struct Display {
     pub system: String,
     /// The runtime or presentation engine and its version.
     pub runtime: String,
-    /// How far the times below can be trusted.
+    /// How far the times of this journal can be trusted.
     pub trust: Trust,
-    /// Nominal refresh rate, Hz; frame counts come from it.
+    /// Nominal refresh rate, Hz; frame counts are computed from it.
     pub nominal_hz: f64,
-    /// Mean of the measured frame intervals as a rate, Hz; none when not measured.
+    /// Rate of the mean measured frame interval, Hz; none when it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured_hz: Option<f64>,
     /// Standard deviation of the measured frame intervals, milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval_sd_ms: Option<f64>,
-    /// Pixels per eye.
+    /// Width of each eye's image, pixels.
     pub width_px: u32,
-    /// Pixels per eye.
+    /// Height of each eye's image, pixels.
     pub height_px: u32,
-    /// Left, right, up, down half angles per eye (left eye first), degrees; none on a flat display.
+    /// Half angles of each eye's view (left eye first) to the left, right, up and down, degrees; none on a flat
+    /// display.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fov_deg: Option<[[f64; 4]; 2]>,
-    /// The interpupillary distance the display measured or is set to, metres.
+    /// The interpupillary distance that the display measured or is set to, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ipd_m: Option<f64>,
-    /// The interpupillary distance the stimuli were rendered with, metres.
+    /// The interpupillary distance that the stimuli were rendered with, metres.
     pub rendered_ipd_m: f64,
 }
 
-/// How far a time of display can be trusted; no record claims more.
+/// How far the times of display can be trusted; no record claims more than its display's level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Trust {
-    /// A virtual clock: nothing was shown.
+    /// The time of a virtual clock; nothing was shown.
     Virtual,
-    /// The time the runtime predicts.
+    /// The time that the runtime predicts.
     Predicted,
-    /// The time the runtime or the presentation engine reports afterwards.
+    /// The time that the runtime or the presentation engine reports afterwards.
     Reported,
-    /// A photodiode saw it.
+    /// The time at which a photodiode saw the frame.
     Measured,
 }
 
-/// What drew it.
+/// The graphics device that drew a session.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Device {
     /// Name of the graphics device.
@@ -285,7 +286,7 @@ pub struct Device {
     pub vulkan: String,
 }
 
-/// What the participant consented to. Never a name.
+/// What the participant consented to. It never holds a name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Consent {
     /// Version of the text.
@@ -301,7 +302,7 @@ pub struct Consent {
 pub struct Film {
     /// Frames a second at which it is shown.
     pub rate_hz: f64,
-    /// How many it has, at least 1. When they are over, the last one stands.
+    /// Number of frames, at least 1. After the last one, the last one stays on the display.
     pub frames: u32,
 }
 
@@ -320,21 +321,21 @@ pub struct Stimulus {
     pub method: String,
     /// File name → SHA-256 (hex).
     pub files: BTreeMap<String, String>,
-    /// SHA-256 of the scene's bytes, where the renderer said it.
+    /// SHA-256 of the scene's bytes, where the renderer stated it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_sha256: Option<String>,
-    /// SHA-256 of the shaders, where the renderer said it.
+    /// SHA-256 of the shaders, where the renderer stated it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shaders_sha256: Option<String>,
-    /// What rendered it, where the renderer said it.
+    /// The renderer, where it stated its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub renderer: Option<String>,
-    /// Its frames where it moves; none: a still.
+    /// Its frames, if it moves; none: a still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film: Option<Film>,
 }
 
-/// One condition: what is varied.
+/// One condition: a combination of factor levels.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Condition {
     /// Index in the study; `planned` records point here.
@@ -356,7 +357,7 @@ pub struct Order {
     pub row: u64,
     /// Number of `planned` records that follow.
     pub presentations: u32,
-    /// SHA-256 (hex) over the planned records as the procedure's documentation says.
+    /// SHA-256 (hex) over the planned records, computed as the procedure's documentation says.
     pub sha256: String,
 }
 
@@ -368,7 +369,7 @@ pub enum Purpose {
     Practice,
     /// Analysed.
     Trial,
-    /// Says whether the participant attends; never in a mean.
+    /// Shows whether the participant attends; it never enters a mean.
     Catch,
 }
 
@@ -383,14 +384,14 @@ pub struct Planned {
     pub condition: u32,
     /// Which showing of this condition, from 0.
     pub repetition: u32,
-    /// Invalid presentations are shown again at the end of their block.
+    /// Its block, at the end of which invalid presentations are shown again.
     pub block: u32,
     /// Which side is called A; none when there is nothing to compare.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub a_is: Option<Side>,
     /// Indices of the stimulus records it shows: one; or A, B; or reference, A, B.
     pub stimuli: Vec<u32>,
-    /// A catch trial passes with one of these ratings; empty for others.
+    /// The ratings with which a catch trial is passed; empty for other presentations.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<i32>,
 }
@@ -402,7 +403,7 @@ pub struct Ready {
     pub lines: u64,
 }
 
-/// A state was entered.
+/// A state of the session was entered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Phase {
     /// `consent`, `person`, `screening`, `ssq-before`, `instructions`, `practice`, `trials`, `break`, `ssq-after`, `thanks`.
@@ -440,7 +441,7 @@ pub struct Screening {
 pub struct Begin {
     /// The planned presentation.
     pub presentation: u32,
-    /// From 0; with `presentation` the key of everything that follows.
+    /// The attempt, from 0. Together with `presentation` it identifies the attempt in everything that follows.
     pub attempt: u32,
 }
 
@@ -453,11 +454,11 @@ pub struct Presentation {
     pub attempt: u32,
     /// What was shown, in order.
     pub segments: Vec<Segment>,
-    /// Σ (round(Δ/period) − 1) over frame intervals Δ.
+    /// Missed frames: Σ (round(Δ/period) − 1) over the frame intervals Δ.
     pub missed: u64,
-    /// Frames that the runtime asked not to draw.
+    /// Frames that the runtime asked the program not to draw.
     pub unrendered: u64,
-    /// Time without focus, visibility or drawing, in all, milliseconds.
+    /// Total time without focus, visibility or drawing, milliseconds.
     pub lost_ms: f64,
     /// The longest interval between two frames, milliseconds.
     pub longest_gap_ms: f64,
@@ -465,7 +466,7 @@ pub struct Presentation {
     pub duration_ms: f64,
     /// How far these times can be trusted.
     pub trust: Trust,
-    /// Why this attempt does not count; empty: it does.
+    /// Why this attempt does not count; empty: it counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub invalid: Vec<String>,
 }
@@ -475,7 +476,7 @@ pub struct Presentation {
 pub struct Segment {
     /// What was on the display.
     pub show: Shown,
-    /// round(seconds × nominal rate).
+    /// Frames that the study asked for: round(seconds × nominal rate).
     pub frames_asked: u64,
     /// Frames that were displayed.
     pub frames_shown: u64,
@@ -483,8 +484,8 @@ pub struct Segment {
     pub first_ns: u64,
     /// Display time of its last frame.
     pub last_ns: u64,
-    /// A moving stimulus: when each of its frames was first displayed, nanoseconds on the journal's clock; null: that
-    /// frame was never displayed. Empty for stills and blank frames.
+    /// For a moving stimulus: when each of its frames was first displayed, nanoseconds on the journal's clock; null:
+    /// that frame was never displayed. Empty for stills and blank frames.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub film_onsets_ns: Vec<Option<u64>>,
 }
@@ -511,9 +512,9 @@ pub struct Change {
     pub presentation: u32,
     /// The attempt.
     pub attempt: u32,
-    /// See [`Question`].
+    /// The choice, as [`Question`] counts it.
     pub choice: u32,
-    /// Since the panel opened.
+    /// Time since the panel opened, nanoseconds.
     pub after_ns: u64,
 }
 
@@ -524,13 +525,13 @@ pub struct Answer {
     pub presentation: u32,
     /// The attempt.
     pub attempt: u32,
-    /// See [`Question`]. The rating is made by the analysis.
+    /// The choice, as [`Question`] counts it. The analysis turns it into a rating.
     pub choice: u32,
-    /// Since the panel opened.
+    /// Time since the panel opened, nanoseconds.
     pub after_ns: u64,
     /// How many `change` records led to it.
     pub changes: u32,
-    /// The attempt was valid. Answers to invalid attempts are kept and never used.
+    /// Whether the attempt was valid. Answers to invalid attempts are kept and never used.
     pub counts: bool,
 }
 
@@ -550,46 +551,46 @@ pub struct Interrupted {
 pub struct Missing {
     /// The planned presentation.
     pub presentation: u32,
-    /// `invalid` (all attempts were) or `skipped`.
+    /// `invalid` (all attempts were invalid) or `skipped`.
     pub reason: String,
 }
 
-/// The session stands still.
+/// The session was paused.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pause {
     /// `operator`, `participant`, `no-answer`, or `not-seen`: focus or visibility was gone for a second.
     pub reason: String,
 }
 
-/// It goes on.
+/// The session goes on after a pause.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Continue {
-    /// How long it stood still.
+    /// How long the pause lasted, nanoseconds.
     pub after_ns: u64,
 }
 
 /// The file was opened again.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resume {
-    /// Wall time between the last line and this one, milliseconds; negative: the clock was set back.
+    /// Wall time between the last line and this one, milliseconds; negative if the clock was set back.
     pub gap_ms: i64,
     /// Bytes of a torn last line that were set aside.
     pub cut_bytes: u64,
-    /// The program that goes on.
+    /// The program that goes on with the session.
     pub program: Program,
 }
 
-/// The operator passed over a state.
+/// The operator skipped a state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Skip {
     /// The state, as in [`Phase`], or `presentation`.
     pub phase: String,
 }
 
-/// Something the operator saw; never a name.
+/// Something that the operator wrote down; never a name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
-    /// As it was typed.
+    /// The text as it was typed.
     pub text: String,
 }
 
@@ -597,13 +598,13 @@ pub struct Note {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// To the end.
+    /// The session ran to its end.
     Completed,
     /// The participant did not consent.
     Declined,
     /// The participant did not pass the screening.
     Screened,
-    /// The participant left and took the data along.
+    /// The participant withdrew, together with the data.
     Withdrawn,
     /// The operator gave the session up.
     Abandoned,
@@ -616,6 +617,6 @@ pub struct End {
     pub outcome: Outcome,
     /// Trials (purpose `trial`) with an answer that counts.
     pub answered: u32,
-    /// Trials without.
+    /// Trials without such an answer.
     pub missing: u32,
 }

@@ -1,4 +1,4 @@
-//! A whole small session, and everything that can be wrong with its file.
+//! A whole small session, and the faults that its file can have.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::record::*;
 use super::votes::CollectError;
 use super::*;
 
-/// A comparison of two presentations in all, the second with `method` as B.
+/// A comparison with two presentations in all; in the second one `method` is B.
 pub(crate) fn records() -> Vec<Record> {
     let analysis = serde_json::from_str(r#"{"contrasts":[]}"#).unwrap();
     let header = Header {
@@ -134,7 +134,7 @@ fn a_session_comes_back_and_its_choices_become_ratings() {
     std::fs::write(&path, text(&entries(records()))).unwrap();
     assert_eq!(read(&path).unwrap().map(Result::unwrap).collect::<Vec<_>>(), entries(records()));
     let votes = collect(&path).unwrap();
-    // A was chosen twice: once it was the method, once the other.
+    // A was chosen twice: the first time A was the method, the second time the other.
     assert_eq!(votes.votes.iter().map(|v| v.rating).collect::<Vec<_>>(), [3, 1]);
     assert_eq!((votes.kind, votes.outcome), (Kind::Pilot, Some(Outcome::Completed)));
     assert_eq!(votes.level(&votes.votes[0], "other"), Some("sssr"));

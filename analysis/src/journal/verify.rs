@@ -1,4 +1,4 @@
-//! What the lines of a journal must say together; the reader has checked each for itself.
+//! Checks that the lines of a journal agree with each other; the reader has checked each line by itself.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use super::record::{Planned, Record};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {what}")]
 pub struct VerifyError {
-    /// From 1.
+    /// The line, from 1.
     pub line: u64,
-    /// In a sentence.
+    /// The contradiction, as a sentence.
     pub what: String,
 }
 
-/// Later times would leave no room to go on from them.
+/// The latest time that a journal may hold. After a later one, a session could not be resumed.
 const LATEST_NS: u64 = i64::MAX as u64;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

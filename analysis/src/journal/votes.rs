@@ -1,4 +1,4 @@
-//! From a session to its ratings: the one place where a choice becomes a number.
+//! Turns a session into its ratings. This is the one place where a choice becomes a number.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,11 +21,11 @@ pub struct Vote {
     pub repetition: u32,
     /// `trial` or `catch`; practice never gets here.
     pub purpose: Purpose,
-    /// By the study's mapping.
+    /// The rating, by the study's mapping.
     pub rating: i32,
-    /// A catch trial was passed; none for trials.
+    /// Whether a catch trial was passed; none for trials.
     pub passed: Option<bool>,
-    /// From the opening of the panel to the confirmation.
+    /// Time from the opening of the panel to the confirmation, nanoseconds.
     pub after_ns: u64,
 }
 
@@ -44,7 +44,7 @@ pub struct SessionVotes {
     pub votes: Vec<Vote>,
     /// Trials that will stay without an answer: presentation and reason.
     pub missing: Vec<(u32, String)>,
-    /// How it ended; none: it has not (or the program was killed).
+    /// How it ended; none: it has not ended (or the program was killed).
     pub outcome: Option<Outcome>,
 }
 
@@ -71,7 +71,7 @@ pub enum CollectError {
     Verify {
         /// The file.
         path: PathBuf,
-        /// What and where.
+        /// The contradiction and its line.
         #[source]
         source: VerifyError,
     },

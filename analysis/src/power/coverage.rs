@@ -1,4 +1,4 @@
-//! How often each interval covers the expected vote, from stated vote distributions.
+//! How often each kind of interval covers the expected vote, simulated for stated distributions of votes.
 
 use std::collections::HashMap;
 
@@ -35,11 +35,11 @@ pub fn shapes() -> [VoteShape; 4] {
 pub struct Coverage {
     /// The distribution's name.
     pub shape: &'static str,
-    /// Votes a study.
+    /// Votes per study.
     pub n: u32,
     /// The kind; t and bootstrap use the bound for a unanimous end as tables do.
     pub method: Method,
-    /// Studies whose interval holds the expected vote; an undefined interval does not.
+    /// Share of studies whose interval holds the expected vote; an undefined interval does not.
     pub coverage: Rate,
     /// Mean width of the defined intervals, scale steps.
     pub width: f64,
@@ -59,7 +59,7 @@ pub fn coverage(shape: VoteShape, n: u32, studies: u32, level: f64, boot: Bootst
     }
     let scale = Scale { low: 1.0, high: shape.p.len() as f64 };
     let truth: f64 = shape.p.iter().zip(1..).map(|(p, r)| p * f64::from(r)).sum();
-    // A sample matters only by its counts, and there are few: intervals are computed once for each.
+    // Only the counts of a sample matter, and few different counts occur. Intervals are computed once for each.
     let mut samples: HashMap<Vec<u32>, u32> = HashMap::new();
     let mut stream = Stream::new(boot.seed, u64::from(n));
     for _ in 0..studies {
@@ -80,7 +80,7 @@ pub fn coverage(shape: VoteShape, n: u32, studies: u32, level: f64, boot: Bootst
         for (m, method) in methods.iter().enumerate() {
             match interval(*method, &x, equal, scale, level, boot) {
                 Interval { lo: Some(lo), hi: Some(hi), .. } => {
-                    // Ends that meet the truth up to rounding cover it.
+                    // Ends that meet the true value up to rounding cover it.
                     covered[m] += if lo <= truth + 1e-9 && truth <= hi + 1e-9 { *times } else { 0 };
                     width[m] += (hi - lo) * f64::from(*times);
                 }

@@ -1,4 +1,4 @@
-//! Planning: simulated observers through the code that analyses real sessions.
+//! Planning of studies: simulated observers' votes are analysed by the code that analyses real sessions.
 
 mod coverage;
 mod observer;
@@ -25,14 +25,14 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// `k` of `n`.
+    /// The rate of `k` in `n`.
     pub fn of(k: u32, n: u32) -> Self {
         let rate = f64::from(k) / f64::from(n);
         Self { rate, se: (rate * (1.0 - rate) / f64::from(n)).sqrt() }
     }
 }
 
-/// What is planned.
+/// A planned study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Numbers of participants to try.
@@ -45,7 +45,7 @@ pub struct Plan {
     pub alpha: f64,
     /// Equivalence margin in scale steps, tested on pairs without a true difference.
     pub margin: Option<f64>,
-    /// Simulated studies for every number.
+    /// Simulated studies for each number of participants.
     pub studies: u32,
     /// Seed.
     pub seed: u64,
@@ -56,21 +56,22 @@ pub struct Plan {
 pub struct Point {
     /// Participants.
     pub n: u32,
-    /// Rejections with the effect, by the exact test.
+    /// Rate of rejections with the effect, by the exact test.
     pub power: Rate,
-    /// By exact mid-p.
+    /// The same by exact mid-p.
     pub power_mid: Rate,
-    /// By the asymptotic test.
+    /// The same by the asymptotic test.
     pub power_asymptotic: Rate,
-    /// Rejections without an effect, by the exact test.
+    /// Rate of rejections without an effect, by the exact test.
     pub size: Rate,
-    /// By exact mid-p.
+    /// The same by exact mid-p.
     pub size_mid: Rate,
-    /// By the asymptotic test.
+    /// The same by the asymptotic test.
     pub size_asymptotic: Rate,
-    /// Equivalence shown without an effect; `None` without a margin.
+    /// How often equivalence is shown without an effect; `None` without a margin.
     pub equivalence: Option<Rate>,
-    /// Mean observed difference with the effect, scale steps: ends of the scale shrink it.
+    /// Mean observed difference with the effect, in scale steps; the ends of the scale make it smaller than the latent
+    /// one.
     pub observed_effect: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Observers with a latent Thurstone scale.
+//! Simulated observers who judge on a latent Thurstone scale.
 
 use serde::Serialize;
 
@@ -32,9 +32,9 @@ pub struct Observer {
     pub base: f64,
     /// Latent difference a − b.
     pub effect: f64,
-    /// SD of a person's bias, the same for all conditions.
+    /// SD, between persons, of a bias that is the same for all conditions.
     pub bias: f64,
-    /// SD of a person's own opinion of each method.
+    /// SD, between persons, of the opinion of each method.
     pub person_method: f64,
     /// SD of a single answer.
     pub noise: f64,

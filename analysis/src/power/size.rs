@@ -1,4 +1,4 @@
-//! The exact rate at which independent votes of two given shapes are told apart.
+//! The exact rate at which the test rejects for independent votes with two given distributions.
 
 use serde::Serialize;
 
@@ -6,14 +6,14 @@ use crate::error::{Error, Result};
 use crate::special::Sum;
 use crate::wilcoxon::{Options, signed_rank};
 
-/// Rejection rates over all possible samples, weighted by their probability: no Monte Carlo error.
+/// Rejection rates over all possible samples, weighted by their probability, so without Monte Carlo error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rejection {
-    /// By the exact test.
+    /// Rate of rejections by the exact test.
     pub exact: f64,
-    /// By exact mid-p.
+    /// The same by exact mid-p.
     pub mid: f64,
-    /// By the asymptotic test.
+    /// The same by the asymptotic test.
     pub asymptotic: f64,
     /// Mean of the first shape.
     pub mean_a: f64,
@@ -24,8 +24,9 @@ pub struct Rejection {
 /// How often the two-sided test at `alpha` rejects for `n` people who vote once for a and once for b,
 /// independently, with the probabilities `a` and `b` of the ratings 1, 2, ….
 ///
-/// The signed-rank null is symmetry of the differences. Two shapes with the same mean can break it: then
-/// the test rejects more often than α, and rightly so, though "the MOS is equal". That is another null.
+/// The null hypothesis of the signed-rank test is that the differences are symmetric about 0. Two distributions with
+/// the same mean can violate it. The test then rejects more often than α, and it is right to do so: "the mean opinion
+/// scores are equal" is another null hypothesis.
 ///
 /// # Errors
 /// [`Error::Usage`] when the shapes are no distributions over the same scale, or the samples are too many
@@ -64,7 +65,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// All ways to give the `left` remaining people differences from index `i` on.
+    /// Enumerates all ways to give the `left` remaining people differences from index `i` on.
     fn from(&mut self, i: usize, left: u32, weight: f64) -> Result<()> {
         let (d, p) = self.differences[i];
         if i + 1 == self.differences.len() {
@@ -80,7 +81,7 @@ impl Walk<'_> {
             self.sample.truncate(before);
             return Ok(());
         }
-        // weight carries the multinomial coefficient: "left choose j" for every j that takes this value.
+        // `weight` carries the multinomial coefficient: "left choose j" for every j that takes this value.
         let (before, mut w) = (self.sample.len(), weight);
         for j in 0..=left {
             self.from(i + 1, left - j, w)?;
@@ -101,10 +102,10 @@ mod tests {
         let p = [0.1, 0.2, 0.4, 0.2, 0.1];
         let same = rejection_of_votes(&p, &p, 8, 0.05).unwrap();
         assert!(same.exact <= 0.05 && same.mid > same.exact, "{same:?}");
-        // Mean 3 both: everybody says 3, or one in four says 1 and the rest 4 or 3.
+        // For a everybody says 3; for b four in five say 3 and the others 5.
         let (a, b) = ([0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.8, 0.0, 0.2]);
         let moved = rejection_of_votes(&a, &b, 6, 0.05).unwrap();
-        // Six differences, all −2 or 0: rejected only when all six differ.
+        // All six differences are −2 or 0, and the test rejects only when all six are −2.
         assert!((moved.exact - 0.2f64.powi(6)).abs() < 1e-15, "{moved:?}");
         assert!(rejection_of_votes(&a, &b[..4], 6, 0.05).is_err());
     }

@@ -1,7 +1,7 @@
 //! Davidson's extension of the Bradley–Terry model to ties.
 //!
-//! P(a wins) = π_a/D, P(tie) = ν√(π_a π_b)/D, D = π_a + π_b + ν√(π_a π_b) (Davidson 1970). A prior
-//! N(0, 2²) on each log-strength keeps unanimous votes finite; ν has none.
+//! P(a wins) = π_a/D, P(tie) = ν√(π_a π_b)/D, D = π_a + π_b + ν√(π_a π_b) (Davidson 1970). A prior N(0, 2²) on each
+//! log-strength keeps it finite where votes are unanimous; ν has no prior.
 
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ pub struct Duel {
 pub struct Strength {
     /// The method.
     pub name: String,
-    /// Log-strength, the mean over methods being 0.
+    /// Log-strength; the mean over all methods is 0.
     pub log_strength: f64,
     /// Lower end of the bootstrap interval over participants.
     pub lo: Option<f64>,
@@ -39,9 +39,9 @@ pub struct Davidson {
     pub strengths: Vec<Strength>,
     /// The tie parameter ν; 0 without ties.
     pub nu: f64,
-    /// With just two methods: wins/losses and ν without a prior; null where undefined.
+    /// For exactly two methods, without a prior: wins/losses and ν; null where undefined.
     pub two_methods: Option<(Option<f64>, Option<f64>)>,
-    /// Prior, interval and its level.
+    /// The prior, the interval and its level, in words.
     pub convention: String,
 }
 
@@ -133,7 +133,7 @@ fn merge<'a>(duels: impl Iterator<Item = &'a Duel>) -> Vec<Duel> {
 /// Posterior mode by Newton's steps with halving; the log-posterior is concave in (log π, log ν).
 fn fit(methods: usize, duels: &[Duel]) -> (Vec<f64>, f64) {
     let ties: u64 = duels.iter().map(|d| d.votes.ties).sum();
-    // Without ties log ν goes to −∞: the parameter is left out.
+    // Without ties log ν goes to −∞, so the parameter is left out.
     let size = methods + usize::from(ties > 0);
     let mut x = vec![0.0; size];
     let mut value = objective(methods, duels, &x);
@@ -217,7 +217,7 @@ fn derivatives(methods: usize, duels: &[Duel], x: &[f64]) -> (Vec<f64>, Vec<Vec<
         }
     }
     for (i, row) in h.iter_mut().enumerate().skip(methods) {
-        // A whiff of damping where votes are all ties, whose ν is infinite.
+        // A little damping for votes that are all ties, for which ν is infinite.
         row[i] += 1e-9;
     }
     (g, h)
@@ -246,7 +246,7 @@ fn solve(h: &mut [Vec<f64>], mut g: Vec<f64>) -> Vec<f64> {
         }
         g[c] = if h[c][c] == 0.0 { 0.0 } else { g[c] / h[c][c] };
     }
-    // Far from the mode a full step may run away in ν; the halving above needs a finite start.
+    // Far from the mode a full step may run away in ν; the halving in `fit` needs a finite start.
     g.iter().map(|v| v.clamp(-5.0, 5.0)).collect()
 }
 
@@ -268,7 +268,7 @@ mod tests {
     fn unanimity_stays_finite_and_order_is_kept() {
         let (s, nu) = fit(3, &[duel(0, 1, 10, 0, 0), duel(1, 2, 10, 0, 0), duel(0, 2, 10, 0, 0)]);
         assert!(s[0] > s[1] && s[1] > s[2] && s[0].is_finite() && nu == 0.0);
-        // By symmetry the middle one stands in the middle.
+        // By symmetry the middle method has the middle strength.
         assert!(s[1].abs() < 1e-9 && (s[0] + s[2]).abs() < 1e-9);
         let (s, nu) = fit(2, &[duel(0, 1, 0, 10, 0)]);
         assert!(s[0].abs() < 1e-9 && nu > 1.0 && nu.is_finite());

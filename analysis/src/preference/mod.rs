@@ -1,8 +1,8 @@
 //! Forced choices: A better, imperceptible, B better.
 //!
-//! Coded −1/0/+1 the signed-rank test of single votes is the sign test, one tie group; so each condition
-//! gets exact binomial tests, and the whole gets the participant-level test of summed votes: a binomial
-//! over everyone's votes would pool people (size 22 % with strong person effects).
+//! Single votes coded −1/0/+1 form one tie group, so their signed-rank test is the sign test. Each condition therefore
+//! gets exact binomial tests. All conditions together are tested on the participants' summed votes: a binomial test of
+//! everyone's votes would pool people (its size is 22 % with strong person effects).
 
 mod davidson;
 
@@ -21,16 +21,16 @@ use crate::wilcoxon::{Options, SignedRank, signed_rank};
 /// Votes of one condition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Votes {
-    /// For the method.
+    /// Votes for the method.
     pub wins: u64,
-    /// Imperceptible.
+    /// Votes for "imperceptible".
     pub ties: u64,
-    /// For the other.
+    /// Votes for the other.
     pub losses: u64,
 }
 
 impl Votes {
-    /// All votes.
+    /// The number of all votes.
     pub fn total(self) -> u64 {
         self.wins + self.ties + self.losses
     }
@@ -60,17 +60,17 @@ pub struct Condition {
     pub study: String,
     /// Factors and levels.
     pub factors: Vec<(String, String)>,
-    /// The counts.
+    /// The votes.
     pub votes: Votes,
     /// Shares of wins, ties, losses.
     pub shares: [f64; 3],
     /// Mean on the study's scale (the paper: 1 other, 2 imperceptible, 3 method).
     pub mos: f64,
-    /// On the decided votes.
+    /// The test of the decided votes: wins against losses.
     pub decided: Binomial,
-    /// The decided votes' p, adjusted over the study's conditions by Holm.
+    /// The p-value of the decided votes, adjusted over the study's conditions by Holm.
     pub p_adjusted: Option<f64>,
-    /// With ties split evenly; an odd tie is dropped.
+    /// The test with ties split evenly between the two sides; an odd tie is dropped.
     pub split: Binomial,
 }
 
@@ -85,7 +85,7 @@ pub struct Preference {
     pub overall: SignedRank,
     /// Participants left out of the overall test because they lack a vote.
     pub incomplete: Vec<String>,
-    /// Davidson's model; its two methods' closed form where there are just two.
+    /// Davidson's model; its closed form is in `two_methods` where there are just two.
     pub davidson: Davidson,
     /// How the numbers were made.
     pub convention: String,
@@ -108,7 +108,7 @@ pub fn binomial_test(k: u64, n: u64, level: f64) -> Binomial {
     if n == 0 {
         return Binomial { k, n, p: None, share: None, lo: None, hi: None };
     }
-    // Small counts exactly in whole numbers; doubles carry binomial coefficients of up to 53 bits.
+    // Small counts are summed exactly in whole numbers; a double holds binomial coefficients of up to 53 bits.
     let near = k.min(n - k);
     let lower = if n <= 50 {
         let mut c = 1u128;
@@ -138,7 +138,7 @@ pub fn preference(data: &Dataset, values: [i32; 3], level: f64, resamples: u32, 
         data.factor("rating").ok_or_else(|| Error::data("forced choices must be read with ratings as cells"))?;
     for (s, study) in data.studies.iter().enumerate() {
         let cells = data.cells_of(s);
-        // A study that says it asks for ratings holds no choices.
+        // A study that states that it asks for ratings holds no choices.
         if cells.is_empty() || (!study.scale.is_empty() && !study.forced_choice) {
             continue;
         }
@@ -154,10 +154,10 @@ pub fn preference(data: &Dataset, values: [i32; 3], level: f64, resamples: u32, 
     Ok(out)
 }
 
-/// A condition's cells: the three ratings under the same other factors.
+/// The cells of a condition: one for each of the three ratings, with equal levels of all other factors.
 struct Group {
     levels: Vec<Option<String>>,
-    /// Cell of losses, ties, wins.
+    /// The cells of losses, ties and wins.
     cells: [Option<usize>; 3],
 }
 
@@ -240,7 +240,7 @@ fn condition(data: &Dataset, study: usize, group: &Group, values: [i32; 3], leve
         factors: {
             let named = data.factors.iter().zip(&group.levels);
             let mut factors: Vec<_> = named.filter_map(|(f, l)| l.as_ref().map(|l| (f.clone(), l.clone()))).collect();
-            // As the tables have it: the scene first.
+            // The scene comes first, as in the tables.
             factors.sort_by_key(|f| f.0 != "scene");
             factors
         },
@@ -253,7 +253,7 @@ fn condition(data: &Dataset, study: usize, group: &Group, values: [i32; 3], leve
     }
 }
 
-/// Each complete participant's wins − losses over all conditions, and who is not complete.
+/// Each complete participant's wins − losses over all conditions; and the participants who are not complete.
 fn sums(data: &Dataset, groups: &[Group]) -> (Vec<f64>, Vec<String>) {
     let all: Vec<Vec<Votes>> =
         (0..data.participants.len()).map(|p| groups.iter().map(|g| votes_of(data, g, Some(p))).collect()).collect();
@@ -272,7 +272,7 @@ fn sums(data: &Dataset, groups: &[Group]) -> (Vec<f64>, Vec<String>) {
     (sums, incomplete)
 }
 
-/// The model's duels: `method` against `other` where those factors exist.
+/// Fits Davidson's model to duels of `method` against `other`, where those factors exist.
 fn duels(data: &Dataset, groups: &[Group], level: f64, resamples: u32, seed: u64) -> Davidson {
     let side = |g: &Group, factor: &str, default: &str| {
         data.factor(factor).and_then(|f| g.levels[f].clone()).unwrap_or_else(|| default.to_owned())

@@ -37,7 +37,7 @@ pub enum Block {
         /// An SVG element.
         svg: String,
     },
-    /// A drawing that brings its own colours, which must not reach the page's.
+    /// A drawing with colours of its own, whose styles must not affect the page.
     Drawing {
         /// What it shows.
         caption: String,
@@ -51,9 +51,9 @@ pub enum Block {
         /// PNG bytes.
         png: Vec<u8>,
     },
-    /// Long text behind a line that opens it.
+    /// Long text that is hidden until its summary line is opened.
     Details {
-        /// The line.
+        /// The summary line.
         summary: String,
         /// The text, its line breaks kept.
         body: String,
@@ -77,7 +77,7 @@ pub fn document(input: &ReportInput) -> Vec<Block> {
     out
 }
 
-/// One study's scores and tests of all its participants, as they stand in its part of the report.
+/// One study's scores and tests of all its participants, as they appear in its part of the report.
 pub fn scores(input: &ReportInput, study: &StudyReport) -> Vec<Block> {
     let mut out = Vec::new();
     results(input, study, &study.all, "", &mut out);
@@ -208,7 +208,7 @@ fn plan_lines(plan: &AnalysisPlan) -> Vec<String> {
     lines
 }
 
-/// The factor that makes groups and the one that makes series: `scene` and the factor that varies beside it.
+/// The factor for the groups of a plot and the factor for its series: `scene`, and the factor that varies besides it.
 fn axes(table: &Table) -> (Option<String>, Option<String>) {
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in table.rows.iter().flat_map(|r| &r.factors) {
@@ -282,7 +282,7 @@ fn results(input: &ReportInput, s: &StudyReport, r: &Results, which: &str, out: 
     }
 }
 
-/// The scale's steps in words: numbers for ratings, the two methods' names for a forced choice between them.
+/// The words for the steps of the scale: numbers for ratings, the names of the two methods for a forced choice.
 fn scale_words(s: &StudyReport, rows: &[&Row]) -> Vec<String> {
     if s.study.scale.is_empty() {
         return rows.first().map(|r| r.counts.keys().map(ToString::to_string).collect()).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! One self-contained page: no network, light and dark, paper and narrow screens.
+//! The report as one self-contained HTML page: it needs no network, and suits light and dark modes, paper and narrow
+//! screens.
 
 use std::fmt::Write;
 
@@ -22,8 +23,8 @@ pub fn html(input: &ReportInput) -> String {
     page(&input.title, input.stamp.as_deref(), &document(input))
 }
 
-/// A page of other blocks in the same style; `stamp`: what the data are where they are not people's answers, such as
-/// `simulated`.
+/// A page of other blocks in the same style. `stamp` names the kind of data, such as `simulated`, where they are not
+/// answers of real participants.
 pub fn page(title: &str, stamp: Option<&str>, blocks: &[Block]) -> String {
     let mut out = head(title, "");
     if let Some(stamp) = stamp {
@@ -60,7 +61,7 @@ pub fn page(title: &str, stamp: Option<&str>, blocks: &[Block]) -> String {
     out
 }
 
-/// The begin of a page, up to its title; `style`: rules of its own.
+/// The beginning of a page, up to its title; `style` adds rules for this page.
 pub(super) fn head(title: &str, style: &str) -> String {
     let title = escape(title);
     format!(
@@ -71,7 +72,7 @@ pub(super) fn head(title: &str, style: &str) -> String {
     )
 }
 
-/// Names and values, a pair a row.
+/// A table of names and values, one pair in each row.
 pub(super) fn facts_table(facts: &[(&str, String)]) -> String {
     let rows: String = facts
         .iter()

@@ -1,4 +1,4 @@
-//! Everything a report shows, gathered once, for every format.
+//! Gathers everything that a report shows, once for all of its formats. `mos report` and `cyclopean paper` call it.
 
 use std::path::{Path, PathBuf};
 
@@ -37,18 +37,18 @@ pub struct Metric {
     pub value: f64,
 }
 
-/// Choices of a report.
+/// The options of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportOptions {
     /// Title of the page.
     pub title: String,
-    /// Interval of every MOS; `None`: the study file's, else Student t.
+    /// Kind of interval of every MOS; `None`: the study file's, else Student t.
     pub method: Option<Method>,
-    /// Its level; `None`: the study file's, else 0.9.
+    /// Level of the interval; `None`: the study file's, else 0.9.
     pub level: Option<f64>,
     /// Size and seed of bootstraps.
     pub boot: Bootstrap,
-    /// Margin of equivalence for studies that fixed none; `None`: no claim.
+    /// Margin of equivalence for studies that fixed none; `None`: nothing is claimed for them.
     pub margin: Option<f64>,
 }
 
@@ -65,9 +65,9 @@ pub struct Screening {
     pub participants: Vec<String>,
     /// BT.500 with σ divided by n.
     pub bt500: Bt500,
-    /// P.910 with its floor.
+    /// P.910 with a floor under the inconsistencies.
     pub p910: P910,
-    /// Agreement.
+    /// Agreement between the observers.
     pub krippendorff: Alpha,
 }
 
@@ -91,13 +91,13 @@ pub struct Results {
 /// One study's part of the report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyReport {
-    /// Scale, plan, text.
+    /// The study's scale, plan and text.
     pub study: Study,
     /// All participants.
     pub all: Results,
     /// Without those whom the study file's rule excludes; `None` when it excludes nobody.
     pub kept: Option<Results>,
-    /// Screening, never applied.
+    /// Screening of the observers; it leaves nobody out.
     pub screening: Option<Screening>,
     /// Participants with at least one vote.
     pub participants: usize,
@@ -162,10 +162,10 @@ impl ReportInput {
     }
 }
 
-/// Only one study's responses.
+/// Selects only one study's responses.
 fn only(selection: &Selection, study: &Study, columns: Columns) -> Selection {
     let mut s = selection.clone();
-    // An empty id is a source that names no study: nothing can be filtered there.
+    // An empty id means that the source names no study, so nothing can be filtered.
     s.study = (!study.id.is_empty()).then(|| study.id.clone()).or(s.study);
     s.columns = Columns { extra: s.columns.extra, ..columns };
     s
@@ -230,7 +230,7 @@ fn results(data: &Dataset, votes: Option<&Dataset>, options: &ReportOptions) -> 
     };
     let table = table(data, &table_options)?;
     let mut notes = Vec::new();
-    // What the data do not allow is said in its place; a report with one gap is better than none.
+    // An analysis that the data do not allow becomes a note: a report with one gap is better than none.
     let mut or_note = |e: Error| notes.push(e.to_string());
     let preference = match votes {
         Some(v) => preference(v, [1, 2, 3], table_options.level, 1_999, options.boot.seed).map_err(&mut or_note).ok(),
@@ -277,10 +277,11 @@ fn friedman_of(data: &Dataset) -> Result<Option<(Vec<String>, Friedman)>> {
     Ok(Some((levels, friedman(&rows)?)))
 }
 
-/// Reads the systematic inconsistency of every scene and method from a `compare.json`, at its most samples.
+/// Reads the systematic inconsistency of every scene and method from a `compare.json`, at the largest number of
+/// samples.
 ///
 /// # Errors
-/// [`Error::Read`] and [`Error::Data`] for a file that is none.
+/// [`Error::Read`] for a file that cannot be read, and [`Error::Data`] for one that is no `compare.json`.
 pub fn metrics_from_compare(path: &Path) -> Result<Vec<Metric>> {
     let text =
         files::read_text(path, files::MOST_DATA).map_err(|source| Error::Read { path: path.to_owned(), source })?;

@@ -1,4 +1,4 @@
-//! Results for readers: a self-contained page, Markdown, LaTeX, CSV, JSON, plain text.
+//! Results for readers: a self-contained HTML page, Markdown, LaTeX, CSV, JSON and plain text.
 
 mod document;
 mod html;

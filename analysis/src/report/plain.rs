@@ -28,7 +28,7 @@ pub fn markdown(input: &ReportInput) -> String {
                 format!("(picture: {})\n\n", md(&caption))
             }
             Block::Details { summary, body } => {
-                // A fence longer than any in the text: it cannot end there.
+                // The fence is longer than any in the text, so that the text cannot end it.
                 let longest = body.split(|c| c != '`').map(str::len).max().unwrap_or(0);
                 let fence = "`".repeat(longest.max(2) + 1);
                 format!("{}:\n\n{fence}\n{}\n{fence}\n\n", md(&summary), escape::terminal(body.trim_end()))

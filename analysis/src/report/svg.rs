@@ -1,4 +1,4 @@
-//! Plots as SVG that takes its colours from the page: the same drawing on light, dark and paper.
+//! Plots as SVG that takes its colours from the page, so that the same drawing suits light and dark pages and paper.
 
 use crate::escape::html as escape;
 use crate::mos::Row;
@@ -109,9 +109,9 @@ pub fn means(rows: &[&Row], group: Option<&str>, series: Option<&str>, label: &s
     c.finish(label)
 }
 
-/// Names along the top, each after its mark.
+/// Names along the top, each beside its marker.
 ///
-/// The stamp stands after them, at the left, so that a narrow screen shows it without scrolling.
+/// The stamp stands after them at the left, so that a narrow screen shows it without scrolling.
 fn legend(
     c: &mut Canvas,
     left: f64,
@@ -126,7 +126,7 @@ fn legend(
         c.text("label", x + 12.0, y + 4.5, name);
         x += 34.0 + width_of(name);
     }
-    // In the drawing itself: a plot cut out of the page keeps its mark.
+    // The stamp is part of the drawing, so that a plot cut out of the page keeps it.
     if let Some(stamp) = stamp {
         c.text("stamp", x + 4.0, y + 4.5, &stamp.to_uppercase());
     }
@@ -179,7 +179,7 @@ pub fn distributions(rows: &[&Row], names: &[String], words: &[String], label: &
     let steps = rows.iter().map(|r| r.counts.len()).max().unwrap_or(0);
     let shorter: Vec<String> = words.iter().take(steps).cloned().collect();
     let total: f64 = shorter.iter().map(|w| 34.0 + width_of(w)).sum();
-    // Long words of a scale do not fit beside each other: then its numbers must do.
+    // Where the words of a scale are too long to stand beside each other, its numbers are shown instead.
     let room = width - 16.0 - stamp.map_or(0.0, |s| 9.5 * s.len() as f64 + 16.0);
     let shown: Vec<String> = if total > room { (1..=steps).map(|i| i.to_string()).collect() } else { shorter };
     legend(&mut c, 8.0, 20.0, &shown, stamp, |c, i, x, y| {
@@ -188,7 +188,7 @@ pub fn distributions(rows: &[&Row], names: &[String], words: &[String], label: &
     c.finish(label)
 }
 
-/// Paired differences with their intervals around zero, one line each; a margin of equivalence as a band.
+/// Paired differences with their intervals around zero, one line for each; a margin of equivalence is drawn as a band.
 pub fn differences(
     lines: &[(String, f64, Option<f64>, Option<f64>)],
     margin: Option<f64>,
@@ -213,7 +213,7 @@ pub fn differences(
     if let Some(m) = margin {
         c.rect("band", x(-m), top, x(m) - x(-m), bottom - top);
     }
-    // On scales that people answer on, quarters of a step and up; beyond them whatever the range asks for.
+    // Marks at quarters, halves or whole steps suit rating scales; a wider range gets the marks that `ticks` gives.
     let step = [0.25, 0.5, 1.0, 2.0, 5.0, 10.0].into_iter().find(|s| (high - low) / s <= 9.0);
     let marks = match step {
         Some(step) => {
@@ -239,12 +239,12 @@ pub fn differences(
         c.marker(1, x(*mean), y);
         c.text("value", width - right + 8.0, y + 4.5, &value);
     }
-    let names = margin.map(|m| vec![format!("zone of no matter, ±{m}")]).unwrap_or_default();
+    let names = margin.map(|m| vec![format!("zone of equivalence, ±{m}")]).unwrap_or_default();
     legend(&mut c, 8.0, 18.0, &names, stamp, |c, _, x, y| c.rect("band", x - 6.0, y - 7.0, 14.0, 14.0));
     c.finish(label)
 }
 
-/// Without the noise of binary fractions: 0.3, not 0.30000000000000004.
+/// A number without the rounding errors of binary fractions: 0.3, not 0.30000000000000004.
 fn plain(v: f64) -> String {
     let text = format!("{:.6}", v + 0.0);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -268,7 +268,7 @@ pub struct Point {
     pub y: f64,
 }
 
-/// Points (measured inconsistency, MOS) with the scene beside each and one marker a method.
+/// A scatter plot of MOS over measured inconsistency, with the scene beside each point and one marker for each method.
 pub fn scatter(points: &[Point], label: &str, stamp: Option<&str>) -> String {
     let (width, height, left, right, top, bottom) = (720.0, 360.0, 52.0, 76.0, 44.0, 48.0);
     let methods = distinct(points.iter().map(|p| p.method.as_str()));

@@ -20,7 +20,7 @@ pub fn note(text: &str) -> String {
     line(&format!("note: {text}"))
 }
 
-/// Columns of text below a header, each as wide as its widest cell; numbers flush right, words left.
+/// Columns of text below a header, each as wide as its widest cell; numbers are flush right, words flush left.
 pub fn align(rows: &[Vec<String>]) -> String {
     let rows: Vec<Vec<Cow<'_, str>>> = rows.iter().map(|r| r.iter().map(|c| escape::line(c)).collect()).collect();
     let numeric = |t: &Cow<'_, str>| t.starts_with(|c: char| c.is_ascii_digit() || "-[<".contains(c));
@@ -44,7 +44,7 @@ pub fn align(rows: &[Vec<String>]) -> String {
     out
 }
 
-/// Name and value, one pair a line.
+/// Names and values, one pair on each line.
 pub fn facts(rows: &[Vec<String>]) -> String {
     let width = rows.iter().map(|r| r[0].chars().count()).max().unwrap_or(0);
     rows.iter().map(|r| format!("{:width$}  {}\n", escape::line(&r[0]), escape::line(r[1].trim_end()))).collect()
@@ -63,7 +63,7 @@ pub fn mean_and_interval(row: &Row) -> String {
     }
 }
 
-/// `mos table`: one line a row, then the convention and every remark.
+/// The output of `mos table`: one line for each row, then the convention and every remark.
 pub fn table(table: &Table) -> String {
     let factors: Vec<String> =
         table.rows.iter().flat_map(|r| r.factors.iter().map(|f| f.0.clone())).fold(Vec::new(), |mut names, name| {
@@ -106,7 +106,7 @@ pub fn table(table: &Table) -> String {
     out
 }
 
-/// `1:0 2:3 …`; many different ratings are only counted.
+/// The votes as `1:0 2:3 …`; where there are many different ratings, only their number.
 pub fn votes(row: &Row) -> String {
     if row.counts.len() > 12 {
         return format!("{} different ratings", row.counts.len());
@@ -114,7 +114,8 @@ pub fn votes(row: &Row) -> String {
     row.counts.iter().map(|(s, n)| format!("{s}:{n}")).collect::<Vec<_>>().join(" ")
 }
 
-/// The table as the paper's figures have it: one line a method, one column a scene, a block a study.
+/// The table in the form of the paper's figures: one line for each method, one column for each scene, a block for each
+/// study.
 ///
 /// Works for rows of one or two factors; the last factor makes the lines.
 pub fn grid(table: &Table) -> String {
@@ -126,7 +127,7 @@ pub fn grid(table: &Table) -> String {
         if !study.is_empty() {
             out += &format!("{}\n", escape::line(study));
         }
-        // A factor with one level would only repeat its word in every line.
+        // A factor with only one level would repeat its name in every line.
         let varies =
             |i: usize| rows.iter().any(|r| r.factors.get(i).map(|f| &f.1) != rows[0].factors.get(i).map(|f| &f.1));
         let width = rows.iter().map(|r| r.factors.len()).max().unwrap_or(0);
@@ -171,7 +172,7 @@ pub fn stamped(stamp: Option<&str>) -> String {
     stamp.map(|s| format!("*** {} data ***\n", s.to_uppercase())).unwrap_or_default()
 }
 
-/// Everything about one signed-rank test, a fact a line.
+/// Everything about one signed-rank test, one fact on each line.
 pub fn signed_rank(t: &SignedRank) -> String {
     let p = |p: Option<f64>| p.map_or_else(|| "-".into(), p_text);
     let interval = |lo: Option<f64>, hi: Option<f64>| match (lo, hi) {
@@ -206,7 +207,7 @@ pub fn signed_rank(t: &SignedRank) -> String {
     out
 }
 
-/// `mos test`: a line a contrast, then conventions and remarks.
+/// The output of `mos test`: one line for each contrast, then conventions and remarks.
 pub fn contrasts(results: &[ContrastResult], stamp: Option<&str>) -> String {
     let mut rows = vec![
         [
@@ -291,7 +292,7 @@ pub fn contrasts(results: &[ContrastResult], stamp: Option<&str>) -> String {
     out
 }
 
-/// `stereo - sssr` with study and stratum where there are some.
+/// `stereo - sssr`, with the study and the stratum where there are some.
 pub fn name(r: &ContrastResult) -> String {
     let mut name = format!("{} - {}", r.contrast.a, r.contrast.b);
     if let Some(at) = &r.at {
@@ -300,7 +301,8 @@ pub fn name(r: &ContrastResult) -> String {
     if r.study.is_empty() { name } else { format!("{}: {name}", r.study) }
 }
 
-/// Who won against whom, a line a condition: what a comparison says, where a mean of votes coded 1 to 3 only stands for it.
+/// Which method was preferred, one line for each condition. This is what a comparison measures; a mean of votes coded 1
+/// to 3 only stands for it.
 pub fn winners(p: &Preference) -> String {
     let header = ["condition", "preferred", "by", "share", "interval", "over", "no difference", "p", "p adjusted"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
@@ -319,7 +321,7 @@ pub fn winners(p: &Preference) -> String {
             std::cmp::Ordering::Less => (other, method, v.losses, false),
             _ => (method, other, v.wins, true),
         };
-        // Shares of the loser are those of the winner, read from the other end.
+        // The shares are the method's. Where the other one won, 1 − share is its share.
         let of = |share: Option<f64>| share.map(|s| 100.0 * if is_method { s } else { 1.0 - s });
         let (lo, hi) = if is_method { (c.decided.lo, c.decided.hi) } else { (c.decided.hi, c.decided.lo) };
         rows.push(vec![
@@ -345,7 +347,7 @@ pub fn winners(p: &Preference) -> String {
     out
 }
 
-/// `mos preference`: a line a condition, the overall test, the model.
+/// The output of `mos preference`: one line for each condition, the overall test, and the model.
 pub fn preference(p: &Preference) -> String {
     let mut rows = vec![
         [
@@ -413,7 +415,7 @@ pub fn preference(p: &Preference) -> String {
     out
 }
 
-/// Equivalence tests, a line each, and what they may be called.
+/// Equivalence tests, one line for each, with the conclusion that each allows.
 pub fn equivalences(all: &[NamedEquivalence]) -> String {
     let mut out = String::new();
     for e in all {

@@ -1,4 +1,4 @@
-//! Rejection of observers by ITU-R BT.500, with the fault of its published code mended.
+//! Rejection of observers by ITU-R BT.500, with an error of the published code corrected.
 //!
 //! The published code counts a unanimous stimulus (σ = 0) as both high and low for everyone; it then
 //! rejected 9 of 15 ordinary observers, or all 14 good ones while keeping one who always answered 5.
@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-/// Which standard deviation per stimulus.
+/// The divisor of the standard deviation per stimulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 pub enum Sigma {
     /// Divided by n, as sureal computes it.
@@ -14,7 +14,7 @@ pub enum Sigma {
     #[serde(rename = "n")]
     #[default]
     Population,
-    /// Divided by n − 1, as the ITU's text.
+    /// Divided by n − 1, as in the ITU's text.
     #[value(name = "n-1")]
     #[serde(rename = "n-1")]
     Sample,
@@ -29,7 +29,7 @@ pub struct Observer {
     pub low: u32,
     /// Votes given, unanimous stimuli included.
     pub votes: u32,
-    /// (P + Q)/N.
+    /// (P + Q)/N: the share of votes that are `high` (P) or `low` (Q).
     pub share: f64,
     /// |P − Q|/(P + Q); `None` without outlying votes.
     pub imbalance: Option<f64>,
@@ -44,13 +44,13 @@ pub struct Bt500 {
     pub observers: Vec<Observer>,
     /// Stimuli skipped because all votes are equal.
     pub unanimous: usize,
-    /// What a reader must know.
+    /// Remarks that a reader of these numbers needs.
     pub notes: Vec<String>,
 }
 
 /// Screens `votes` (stimuli × observers).
 ///
-/// Per stimulus μ, σ and the kurtosis β₂ = m₄/m₂²; limit 2σ where 2 ≤ β₂ ≤ 4, else √20·σ.
+/// Each stimulus has μ, σ and the kurtosis β₂ = m₄/m₂²; the limit is 2σ where 2 ≤ β₂ ≤ 4, else √20·σ.
 pub fn bt500(votes: &[Vec<Option<f64>>], sigma: Sigma) -> Bt500 {
     let observers = votes.first().map_or(0, Vec::len);
     let (mut high, mut low, mut given) = (vec![0; observers], vec![0; observers], vec![0; observers]);

@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-/// The coefficient and what it rests on.
+/// The coefficient, with the numbers of stimuli and votes that it is computed from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Alpha {
-    /// 1: complete agreement; 0: as by chance; `None`: all ratings equal, or no stimulus with two votes.
+    /// 1: complete agreement; 0: agreement as by chance; `None`: all ratings are equal, or no stimulus has two votes.
     pub alpha: Option<f64>,
     /// Stimuli with at least two votes.
     pub units: usize,
-    /// Pairable votes.
+    /// Votes of these stimuli.
     pub votes: usize,
 }
 

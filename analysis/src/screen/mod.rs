@@ -1,4 +1,4 @@
-//! Screening observers: shown, never applied silently.
+//! Screening of observers. The results are shown; no table leaves anybody out because of them.
 
 mod bt500;
 mod krippendorff;
@@ -13,7 +13,8 @@ pub use p910::{P910, P910Options, p910, remove_bias};
 /// Votes by stimulus and observer; `None` where there is none.
 pub type Votes = Vec<Vec<Option<f64>>>;
 
-/// One row a stimulus (cell, with its repetition), one column a participant, with their names.
+/// A matrix with one row for each stimulus (a cell with its repetition) and one column for each participant, and the
+/// names of both.
 ///
 /// The data must have been read with repetitions as cells ([`crate::data::Columns::by_repetition`]);
 /// several votes in one cell are averaged.

@@ -5,8 +5,9 @@ use serde::Serialize;
 /// Choices of the estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct P910Options {
-    /// Smallest inconsistency used for a weight; `None` reproduces the reference, in which with few
-    /// stimuli one observer takes nearly all weight. step/√12 is the rounding error of a rating.
+    /// Smallest inconsistency used for a weight. `None` reproduces the reference implementation, in which one observer
+    /// takes nearly all the weight when there are few stimuli. The default, step/√12, is the rounding error of a
+    /// rating.
     pub floor: Option<f64>,
 }
 
@@ -34,7 +35,7 @@ pub struct P910 {
     pub heaviest: usize,
     /// Rounds until ‖Δψ‖₂ < 1e-8, at most 1000.
     pub rounds: u32,
-    /// What a reader must know.
+    /// Remarks that a reader of these numbers needs.
     pub notes: Vec<String>,
 }
 
@@ -47,7 +48,8 @@ fn mean(x: impl Iterator<Item = f64>) -> f64 {
     s / n
 }
 
-/// Mean-opinion scores after each observer's mean deviation is taken off; also the deviations.
+/// Subtracts each observer's bias (mean deviation from the mean opinion scores) from the votes; returns the votes and
+/// the biases.
 pub fn remove_bias(votes: &[Vec<Option<f64>>]) -> (Vec<Vec<Option<f64>>>, Vec<f64>) {
     let observers = votes.first().map_or(0, Vec::len);
     let psi: Vec<f64> = votes.iter().map(|r| mean(r.iter().flatten().copied())).collect();
@@ -62,9 +64,9 @@ fn biases(votes: &[Vec<Option<f64>>], psi: &[f64], observers: usize) -> Vec<f64>
 
 /// Estimates from `votes` (stimuli × observers; every row and column has a vote).
 ///
-/// ψ_j = mean_i u_ij and b_i = mean_j(u_ij − ψ_j); then, until ψ rests, σ_i from the residuals (divided by
-/// n), w_i = 1/(max(σ_i, floor)² + 1e-8), ψ_j = Σ w_i(u_ij − b_i)/Σ w_i, b_i as before. The mean bias goes
-/// into ψ.
+/// It starts with ψ_j = mean_i u_ij and b_i = mean_j(u_ij − ψ_j). Until ψ stays the same it repeats: σ_i from the
+/// residuals (divided by n), w_i = 1/(max(σ_i, floor)² + 1e-8), ψ_j = Σ w_i(u_ij − b_i)/Σ w_i, b_i as before. In the
+/// end the mean bias is moved into ψ.
 pub fn p910(votes: &[Vec<Option<f64>>], options: P910Options) -> P910 {
     let observers = votes.first().map_or(0, Vec::len);
     let mut psi: Vec<f64> = votes.iter().map(|r| mean(r.iter().flatten().copied())).collect();

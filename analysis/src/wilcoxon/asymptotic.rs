@@ -51,6 +51,6 @@ pub fn z_and_p(
         Alternative::Greater => normal_upper(z),
         Alternative::Less => normal_upper(-z),
     };
-    // Beyond z = 37.5 the tail underflows; it is small, not nothing.
+    // Beyond z = 37.5 the tail underflows, although it is not 0.
     Some((z, p.max(f64::MIN_POSITIVE)))
 }

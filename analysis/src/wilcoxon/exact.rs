@@ -2,7 +2,7 @@
 //!
 //! Under the null every non-zero difference carries either sign with probability ½, so the number
 //! of sign patterns with doubled rank sum k obeys c ← c + (c shifted by s) for every doubled rank s
-//! (Streitberg and Röhmel 1986). Three things make it fast without losing a bit that matters:
+//! (Streitberg and Röhmel 1986). Four things make it fast without losing a bit that matters:
 //!
 //! - the ranks are dealt into two halves of about equal sums, each with its own distribution, and the
 //!   tail of their sum is Σ_b P(B = b)·P(A ≤ at − b): two buffers of half the length and half the ranks;
@@ -42,11 +42,11 @@ impl Tails {
 
 /// Exponent of a half's start value: products of two halves' counts stay in f64's normal range.
 const START: i32 = -500;
-/// From this many ranks in a half on every step halves, so that nothing overflows.
+/// From this many ranks in a half on, every step halves the counts, so that nothing overflows.
 const UNSCALED: usize = 1000;
 /// Ranks in one wave; 8 × 4,000 doubled ranks × 8 bytes = 256 KiB of working set at n = 2,000.
 const WAVE: usize = 8;
-/// Elements a wave advances by: long enough for vector code, short against the first-level cache.
+/// Elements by which a wave advances: enough for vector code, few against the first-level cache.
 const CHUNK: usize = 1024;
 
 /// Tails at `observed` (a doubled rank sum) of the sum over `doubled` with fair signs.
@@ -63,7 +63,7 @@ pub fn tails(doubled: &[u64], observed: u64) -> Tails {
     let near = observed.min(total - observed);
     let (tail, point) = lower_tail(doubled, near);
     let far = 1.0 - tail + point;
-    // With more than a thousand ranks the tail may underflow; it is small, not nothing.
+    // With more than a thousand ranks the tail may underflow, although it is not 0.
     let tail = tail.max(f64::MIN_POSITIVE);
     if mirrored { Tails { lower: far, upper: tail, point } } else { Tails { lower: tail, upper: far, point } }
 }
@@ -112,7 +112,7 @@ impl Null {
     pub(super) fn cumulative(&self, at: u64) -> f64 {
         let at = (at / self.step) as usize;
         let (with_b, whole) = self.overlap(at);
-        // The first part of b leaves room for all of a.
+        // For the first `whole` sums of b, every sum of a stays below `at`.
         let all = self.cumulative_a[self.cumulative_a.len() - 1];
         let tail = all * dot_reversed(&self.b[..whole], &vec![1.0; whole]);
         let rest = dot_reversed(&self.b[whole..with_b], &self.cumulative_a[at + 1 - with_b..at + 1 - whole]);
@@ -130,7 +130,7 @@ impl Null {
         ldexp(sum, self.exponent)
     }
 
-    /// How many sums of b are at most `at`, and how many of them leave more room than a can fill.
+    /// How many sums of b are at most `at`, and for how many of them every sum of a fits into what is left.
     fn overlap(&self, at: usize) -> (usize, usize) {
         let with_b = self.b.len().min(at + 1);
         (with_b, (at + 1).saturating_sub(self.a.len()).min(with_b))
@@ -186,7 +186,7 @@ fn advance(c: &mut [f64], wave: &[usize], reach: &mut usize, halve: bool) {
     while next[wave.len() - 1] > 0 {
         for j in 0..wave.len() {
             let s = wave[j];
-            // Down to where the rank before has already been, plus this rank's own reach.
+            // Down to where the rank before has already been, plus this rank's own shift.
             let limit = match j {
                 0 => next[0].saturating_sub(CHUNK),
                 _ if next[j - 1] == 0 => next[j].saturating_sub(if j + 1 == wave.len() { usize::MAX } else { CHUNK }),
@@ -274,7 +274,7 @@ mod tests {
                     slow[k] += slow[k - s];
                 }
             }
-            // The mirrored part is the same number reached by another order of sums: exact below 2⁵³.
+            // The mirrored part holds the same numbers, summed in another order: exact below 2⁵³.
             prop_assert_eq!(fast.len(), slow.len());
             for (f, s) in fast.iter().zip(&slow) {
                 prop_assert!((f - s).abs() <= 1e-13 * s, "{} {}", f, s);

@@ -1,9 +1,9 @@
 //! Wilcoxon's signed-rank test of paired differences: exact with ties and zeros, asymptotic, mid-p.
 //!
-//! d_i = x_i − y_i; r are the mid-ranks of |d|; R₊ = Σ r\[d > 0\], R₋ = Σ r\[d < 0\]. Users of every
-//! statistics tool meet "a different number than tool X", so each result carries the convention
-//! that made it. Sources: Wilcoxon 1945; Pratt 1959 (zeros); Streitberg and Röhmel 1986 (exact with
-//! ties); Hodges and Lehmann 1963; Kerby 2014 (rank-biserial).
+//! d_i = x_i − y_i; r are the mid-ranks of |d|; R₊ = Σ r\[d > 0\], R₋ = Σ r\[d < 0\]. Statistics programs follow
+//! different conventions and so print different numbers; each result here states the convention that made it. Sources:
+//! Wilcoxon 1945; Pratt 1959 (zeros); Streitberg and Röhmel 1986 (exact with ties); Hodges and Lehmann 1963; Kerby 2014
+//! (rank-biserial).
 
 mod asymptotic;
 mod exact;
@@ -53,9 +53,9 @@ pub enum Exact {
     /// Up to [`EXACT_UP_TO`] ranked differences.
     #[default]
     Auto,
-    /// At any size; O(n³) time.
+    /// At any number of differences; takes O(n³) time.
     Always,
-    /// Not at all.
+    /// Never.
     Never,
 }
 
@@ -72,7 +72,7 @@ pub struct Options {
     pub zeros: Zeros,
     /// Continuity correction of the asymptotic z by half a rank.
     pub correction: bool,
-    /// Hypothesis.
+    /// The alternative hypothesis.
     pub alternative: Alternative,
     /// When to compute the exact null.
     pub exact: Exact,
@@ -99,22 +99,22 @@ pub struct SignedRank {
     pub n: usize,
     /// Pairs without a difference.
     pub n_zero: usize,
-    /// Ranks in the statistic.
+    /// Number of ranks in the statistic.
     pub n_used: usize,
     /// Sum of the positive ranks (under `zsplit` with half of the zeros' ranks).
     pub r_plus: f64,
     /// Sum of the negative ranks.
     pub r_minus: f64,
-    /// min(R₊, R₋) two-sided, R₊ one-sided, as SciPy reports it.
+    /// min(R₊, R₋) for a two-sided test and R₊ for a one-sided one, as SciPy reports it.
     pub statistic: f64,
     /// T = min(R₊, R₋), whatever the alternative.
     pub t: f64,
-    /// Signed: positive when R₊ is above its mean. `None` without differences.
+    /// The signed z: positive when R₊ is above its mean. `None` without differences.
     pub z: Option<f64>,
-    /// From the normal approximation. 1 without differences. What is too small for a number stands as the
-    /// smallest normal one, 2.2e-308, as every p here: no p is 0.
+    /// p-value from the normal approximation; 1 without differences. No p-value here is 0: one that is too small for a
+    /// number is given as the smallest normal number, 2.2e-308.
     pub p_asymptotic: Option<f64>,
-    /// From the conditional null given |d|; `None` when not computed.
+    /// p-value from the conditional null distribution given |d|; `None` when not computed.
     pub p_exact: Option<f64>,
     /// Exact mid-p; `None` when not computed.
     pub p_mid: Option<f64>,
@@ -134,13 +134,13 @@ pub struct SignedRank {
     pub hodges_lehmann_lo: Option<f64>,
     /// Upper end of its interval.
     pub hodges_lehmann_hi: Option<f64>,
-    /// Level of the intervals asked for.
+    /// Requested level of the intervals.
     pub level: f64,
-    /// Level that the Hodges–Lehmann interval achieves under the untied null.
+    /// Level that the Hodges–Lehmann interval achieves under the null distribution without ties.
     pub hodges_lehmann_level: Option<f64>,
-    /// Alternative, zero rule, correction and null in words.
+    /// The alternative, zero rule, correction and null distribution in words.
     pub convention: String,
-    /// What a reader must know about these very data.
+    /// Remarks on these data that a reader of the numbers needs.
     pub notes: Vec<String>,
 }
 
@@ -189,7 +189,7 @@ pub fn signed_rank(d: &[f64], options: &Options) -> Result<SignedRank> {
         Alternative::Less => lower,
     };
     let p_exact = exact.map(|e| pick(e.lower, e.upper, e.two_sided()));
-    // Without differences the whole distribution is one point; half of it is no tail.
+    // Without differences the whole distribution is one point, and mid-p would count half of it; p is 1.
     let p_mid = exact.map(|e| match nonzero {
         0 => 1.0,
         _ => pick(e.lower - 0.5 * e.point, e.upper - 0.5 * e.point, e.two_sided_mid()),
@@ -289,7 +289,7 @@ fn rank_biserial(d: &[f64], level: f64) -> Option<(f64, Option<f64>, Option<f64>
     let n = ranks.signed.len() as f64;
     let se = ((2.0 * n.powi(3) + 3.0 * n * n + n) / 6.0).sqrt() / ((n * n + n) / 2.0);
     let reach = normal_quantile(0.5 + 0.5 * level) * se;
-    // Fisher's z is infinite at ±1: an interval of width zero would claim a certainty that nobody has.
+    // Fisher's z is infinite at ±1. An interval of width zero would claim certainty, so there is none.
     let ends = (r.abs() < 1.0).then(|| ((r.atanh() - reach).tanh(), (r.atanh() + reach).tanh()));
     Some((r, ends.map(|e| e.0), ends.map(|e| e.1)))
 }

@@ -16,7 +16,7 @@ pub struct Ranks {
 }
 
 impl Ranks {
-    /// Ranks `d` (finite) under `rule`: `wilcox` ranks the non-zero ones alone, the others rank all.
+    /// Ranks `d` (finite) under `rule`: `wilcox` ranks only the non-zero differences, the other rules rank all.
     pub fn new(d: &[f64], rule: Zeros) -> Self {
         let mut sorted: Vec<(f64, bool)> = d.iter().filter(|v| **v != 0.0).map(|v| (v.abs(), *v > 0.0)).collect();
         sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!((wilcox.plus(), wilcox.minus(), wilcox.zeros), (3 + 6, 3, 2));
         assert_eq!(wilcox.ties, [2]);
         let pratt = Ranks::new(&d, Zeros::Pratt);
-        // Ranks 1, 2 are the zeros', 3.5 the pair's, 5 the last one's.
+        // Ranks 1 and 2 belong to the zeros, 3.5 to the pair, 5 to the last one.
         assert_eq!((pratt.plus(), pratt.minus(), pratt.zero_sum), (7 + 10, 7, 6));
     }
 }

@@ -1,4 +1,4 @@
-//! The Hodges–Lehmann estimate of the shift and its interval from the untied null.
+//! The Hodges–Lehmann estimate of the shift, and its interval from the null distribution without ties.
 
 use serde::Serialize;
 
@@ -14,22 +14,23 @@ pub struct Shift {
     pub lo: Option<f64>,
     /// Upper end.
     pub hi: Option<f64>,
-    /// The level asked for.
+    /// The requested level.
     pub level: f64,
     /// The level that the order statistics give under the untied null; with ties it is at least this.
     pub achieved: Option<f64>,
 }
 
-/// Pairs up to which the untied null is computed exactly; above, its normal approximation with continuity
-/// correction, whose tail is then right to a few per cent of α (R changes over at 50).
+/// Pairs up to which the null distribution without ties is computed exactly. Above, its normal approximation with
+/// continuity correction is used, whose tail is then right to a few per cent of α (R changes over at 50).
 const EXACT_UP_TO: usize = 200;
 
 /// The Hodges–Lehmann estimate of `d` (finite, at least one) and its interval at `level`.
 ///
-/// The ends come from the exact untied null up to 200 pairs, above from its normal approximation.
+/// The ends come from the exact null distribution without ties up to 200 pairs, and from its normal approximation
+/// above.
 ///
-/// O(n log n) time for the sort and O(64·n) for each order statistic: the Walsh averages are never
-/// listed, a million pairs would have 5·10¹¹ of them.
+/// The sort takes O(n log n) time and each order statistic O(64·n). The Walsh averages are never listed: a million
+/// pairs would have 5·10¹¹ of them.
 ///
 /// ```
 /// let s = cyclopean_analysis::wilcoxon::hodges_lehmann(&[1.0, 2.0, 4.0], 0.95);
@@ -63,7 +64,7 @@ fn rank_of_end(n: usize, level: f64) -> Option<(u64, f64)> {
         let achieved = 1.0 - 2.0 * crate::special::normal_upper((mean - (rank as f64 - 1.0) - 0.5) / sd);
         return Some((rank, achieved));
     }
-    // Up to a little beyond the normal guess suffices; sums beyond the mean are never the lower end.
+    // The null distribution is needed only a little beyond the normal guess; the lower end is never beyond the mean.
     let ranks: Vec<u64> = (1..=n as u64).collect();
     let mut high = ((guess + 0.1 * sd + 4.0).max(1.0).min(mean)) as u64;
     let null = Null::new(&ranks, high);
@@ -90,7 +91,7 @@ fn walsh(sorted: &[f64], rank: u64) -> f64 {
     0.5 * unkey(lo)
 }
 
-/// Number of i ≤ j with d_i + d_j ≤ limit; one walk from both ends.
+/// Number of pairs i ≤ j with d_i + d_j ≤ limit, by one walk from both ends.
 fn pairs_up_to(sorted: &[f64], limit: f64) -> u64 {
     let (mut count, mut j) = (0u64, sorted.len());
     for (i, low) in sorted.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The window's picture from an eye's views: `shaders/display/desk.comp`, once a change.
+//! Composes the window's picture from the two eyes' views, by `shaders/display/desk.comp`, once for each change.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -26,16 +26,16 @@ struct Desk {
 
 const _: () = assert!(size_of::<Desk>() == 56, "as the shader has it, and at most 128 bytes");
 
-/// What stands in an eye's view.
+/// The picture in an eye's view.
 #[derive(Clone, Copy)]
 pub enum Picture<'a> {
     None,
-    /// Two layers, one an eye; `is_encoded`: the format does not say that they are display values.
+    /// Two layers, one for each eye. `is_encoded`: the texels are display values, although the format does not say so.
     Stereo {
         image: &'a Image,
         is_encoded: bool,
     },
-    /// Both eyes see layer `eye` of the reference, and of the test image mirrored beside it.
+    /// Both eyes see layer `eye` of the reference, and beside it that of the mirrored test image.
     Pair {
         reference: &'a Image,
         test: &'a Image,
@@ -43,24 +43,25 @@ pub enum Picture<'a> {
     },
 }
 
-/// One window's picture.
+/// Everything that one picture of the window is composed of.
 pub struct Composition<'a> {
     pub mode: Mode,
     pub picture: Picture<'a>,
-    /// x, y, width, height within an eye's view, pixels; see [`fit`].
+    /// Place of the picture: x, y, width, height within an eye's view, pixels; see [`fit`].
     pub place: [u32; 4],
-    /// Two layers of the view's size, premultiplied, sRGB.
+    /// The words: two layers of the view's size, premultiplied, sRGB.
     pub words: &'a Image,
     pub apart_px: i32,
-    /// Linear.
+    /// Grey of the background, linear.
     pub ground: f32,
-    /// Display value of the photodiode's square; none: no square.
+    /// Display value of the square for a photodiode; none: there is no square.
     pub patch: Option<f32>,
 }
 
-/// Composes into one image of the window's size.
+/// Composes pictures into an image of the window's size.
 pub struct Composer {
-    /// By mode, kind, sampling and encoding: a software device pays for every branch.
+    /// One pass for each mode, kind, sampling and encoding, because a software device pays for every branch in a
+    /// shader.
     passes: RefCell<BTreeMap<[u32; 4], Rc<ComputePass>>>,
     sampler: Sampler,
     gpu: Rc<Gpu>,
@@ -73,10 +74,10 @@ impl Composer {
         Ok(Composer { passes: RefCell::default(), sampler: Sampler::new(gpu, Filter::NEAREST)?, gpu: Rc::clone(gpu) })
     }
 
-    /// An image to compose into, grey at first.
+    /// Makes an image to compose into, which is grey at first.
     ///
     /// # Errors
-    /// No memory for it.
+    /// There is no memory for it.
     pub fn image(&self, (width, height): (u32, u32)) -> Result<Image, GpuError> {
         let format = vk::Format::R8G8B8A8_UNORM;
         let desc = ImageDesc::stereo(width, height, format);
@@ -140,12 +141,12 @@ impl Composer {
     }
 }
 
-/// The largest place for a picture of this shape in the middle of a view, at most `most` pixels wide, with `below`
+/// The largest place in the middle of a view for a picture of this shape, at most `most` pixels wide, with `below`
 /// pixels left free for its letter.
 pub fn fit((width, height): (u32, u32), shape: (u32, u32), most: u32, below: u32) -> [u32; 4] {
     let room = (f64::from(width.min(most)), f64::from(height.saturating_sub(2 * below).max(1)));
     let mut scale = (room.0 / f64::from(shape.0)).min(room.1 / f64::from(shape.1));
-    // Pixel for pixel where it nearly is.
+    // The scale becomes exactly 1 where it is nearly 1.
     if (0.97..1.03).contains(&scale) {
         let fits =
             f64::from(shape.0) <= f64::from(width) && f64::from(shape.1) <= f64::from(height - below.min(height));

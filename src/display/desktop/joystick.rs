@@ -1,7 +1,8 @@
-//! Gamepads by Linux's joystick devices (`/dev/input/js*`, Documentation/input/joydev/joystick-api.rst in the kernel).
+//! Gamepads, read from Linux's joystick devices (`/dev/input/js*`, Documentation/input/joydev/joystick-api.rst in the
+//! kernel).
 //!
-//! The usual crate needs libudev to build, which a machine that only analyses would have to install; this needs
-//! nothing. Elsewhere there are keyboard and mouse.
+//! The usual crate needs libudev to build, which even a machine that only analyses would have to install. This code
+//! needs nothing. On other systems there are keyboard and mouse.
 
 use std::fs::File;
 use std::io::Read;
@@ -9,32 +10,32 @@ use std::io::Read;
 /// What somebody did with a gamepad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moved {
-    /// Left or up: −1; right or down: 1.
+    /// The stick was moved: −1 to the left or up, 1 to the right or down.
     Step(i32),
-    /// The first button.
+    /// The first button was pressed.
     Press,
-    /// The start button.
+    /// The start button was pressed.
     Pause,
 }
 
-/// One `js_event`: time, value, type, number.
+/// Size of a `js_event`: time, value, type, number.
 const EVENT_BYTES: usize = 8;
 const BUTTON: u8 = 1;
 const AXIS: u8 = 2;
-/// Of 32767.
+/// Deflections, of 32767, from which an axis counts as pushed, and below which as released.
 const PUSHED: i16 = 20_000;
 const RELEASED: i16 = 8_000;
 const FIRST_BUTTON: u8 = 0;
-/// Start on most pads.
+/// Numbers of the start button on most gamepads.
 const START_BUTTONS: [u8; 2] = [7, 9];
 
 struct Joystick {
     file: File,
-    /// By number: it has stepped and not come back.
+    /// For each axis, by its number: whether it was pushed and not released yet.
     pushed: [bool; 256],
 }
 
-/// Every gamepad that is plugged in.
+/// All gamepads that are plugged in.
 #[derive(Default)]
 pub struct Joysticks {
     open: Vec<Joystick>,
@@ -42,7 +43,7 @@ pub struct Joysticks {
 }
 
 impl Joysticks {
-    /// What was done since the last call.
+    /// What was done with any gamepad since the last call.
     pub fn take(&mut self) -> Vec<Moved> {
         if !self.has_looked {
             self.has_looked = true;
@@ -55,7 +56,7 @@ impl Joysticks {
 }
 
 impl Joystick {
-    /// False: it was unplugged.
+    /// Reads all waiting events; returns false if the gamepad was unplugged.
     fn read(&mut self, moved: &mut Vec<Moved>) -> bool {
         let mut event = [0; EVENT_BYTES];
         loop {
@@ -86,7 +87,7 @@ impl Joystick {
 #[cfg(target_os = "linux")]
 fn open(path: &str) -> Option<Joystick> {
     use std::os::unix::fs::OpenOptionsExt;
-    /// `O_NONBLOCK` of every Linux this runs on.
+    /// The value of `O_NONBLOCK` on every Linux that this runs on.
     const NONBLOCK: i32 = 0o4000;
     let file = File::options().read(true).custom_flags(NONBLOCK).open(path).ok()?;
     Some(Joystick { file, pushed: [false; 256] })
@@ -116,7 +117,7 @@ mod tests {
         assert_eq!(event(BUTTON, 0, 1), Some(Moved::Press));
         assert_eq!(event(BUTTON, 0, 0), None);
         assert_eq!(event(BUTTON, 7, 1), Some(Moved::Pause));
-        // What the kernel reports at the start is not done by anybody.
+        // The kernel reports the initial state as events, which nobody caused.
         assert_eq!(event(BUTTON | 0x80, 0, 1), None);
     }
 }

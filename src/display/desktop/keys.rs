@@ -1,17 +1,17 @@
-//! Which key means what.
+//! The meaning of each key in a desktop window.
 //!
 //! | key | meaning |
 //! |---|---|
 //! | 1 … 9 | choose |
-//! | arrows, Tab | move the choice, or what Enter would press |
+//! | arrows, Tab | move the choice, or the mark of what Enter would press |
 //! | Enter, Space | confirm, go on, press what is marked |
 //! | Backspace | no answer; on the consent page: I do not agree |
 //! | Esc, P | pause |
 //! | F9 | the operator pauses |
-//! | F10 | the operator passes over this state |
+//! | F10 | the operator skips this state |
 //! | Ctrl+Q | close; the session can be resumed |
 //! | Ctrl+Shift+A | the operator gives the session up |
-//! | Ctrl+Shift+W | the participant leaves and takes the data along |
+//! | Ctrl+Shift+W | the participant withdraws, together with the data |
 
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 
@@ -19,15 +19,15 @@ use crate::display::content::Content;
 use crate::display::panel::Target;
 use crate::study::protocol::{Input, Page, Screen};
 
-/// What a key does.
+/// What a key leads to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Does {
     Input(Input),
-    /// The mark goes to this target.
+    /// The mark moves to this target.
     Mark(usize),
 }
 
-/// Where the keys work.
+/// The screen on which a key was pressed, and what is marked on it.
 pub struct Place<'a> {
     pub screen: &'a Screen,
     pub content: &'a Content,
@@ -37,7 +37,7 @@ pub struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// None: the key means nothing here.
+    /// The effect of a key; none: it means nothing here.
     pub fn does(&self, key: &Key, modifiers: ModifiersState) -> Option<Does> {
         let input = |input| Some(Does::Input(input));
         let (control, shift) = (modifiers.control_key(), modifiers.shift_key());
@@ -67,19 +67,19 @@ impl Place<'_> {
         }
     }
 
-    /// Stand still, unless one does.
+    /// Pause, unless the session is paused already.
     pub fn pause(&self) -> Option<Does> {
         let is_paused = *self.screen == Screen::Page(Page::Paused);
         (!is_paused).then_some(Does::Input(Input::Pause { by_operator: false }))
     }
 
-    /// The alternative of this number, where there is one.
+    /// Choose the alternative of this number, if there is one.
     pub fn choose(&self, choice: u32) -> Option<Does> {
         ((choice as usize) < self.content.choices_of(self.screen)).then_some(Does::Input(Input::Choose(choice)))
     }
 
-    /// What is marked; without a mark the way on from a page. A choice that is made on a panel is confirmed wherever
-    /// the pointer lies.
+    /// Press the marked target; without a mark, the button that goes on from a page. On a panel, a choice that was made
+    /// is confirmed wherever the pointer is.
     pub fn press(&self) -> Option<Does> {
         if let Screen::Panel { chosen: Some(_), .. } = self.screen {
             return Some(Does::Input(Input::Confirm));
@@ -92,7 +92,7 @@ impl Place<'_> {
         marked.or_else(plain).map(|target| Does::Input(target.input.clone()))
     }
 
-    /// On a panel the choice itself moves; elsewhere the mark does.
+    /// Moves the choice on a panel, and the mark elsewhere.
     pub fn step(&self, by: i32) -> Option<Does> {
         let next = |at: Option<usize>, n: usize| match at {
             None if by > 0 => 0,

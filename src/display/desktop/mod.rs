@@ -1,4 +1,5 @@
-//! A window at a desk: two eyes' pictures side by side, crossed or in red and cyan; keys, mouse and joystick.
+//! The desktop display: a window with two eyes' pictures side by side, crossed or in red and cyan; answers by keys,
+//! mouse and joystick.
 
 mod compose;
 mod joystick;
@@ -33,19 +34,19 @@ use words::Written;
 
 const DISPLAY: &str = "desktop";
 
-/// See the module's documentation. Owners last.
+/// See the module's documentation. Fields are dropped in this order, so owners come last.
 pub struct Desktop {
     options: DesktopOptions,
     info: DisplayInfo,
     content: Option<Content>,
-    /// By stimulus and frame.
+    /// Uploaded pictures, by stimulus and frame.
     stills: Vec<Vec<Image>>,
     written: Option<Written>,
-    /// What stands in the window.
+    /// The view that is in the window now.
     shown: Option<View>,
     screen: Screen,
     hover: Option<usize>,
-    /// When the panel that stands was opened.
+    /// Time at which the panel on the screen was opened.
     panel_since_ns: u64,
     pending: VecDeque<Event>,
     joysticks: Joysticks,
@@ -80,7 +81,7 @@ impl Desktop {
         })
     }
 
-    /// What is shown from now on, and the time at which the session's clock goes on.
+    /// Sets the content to show from now on, and the time at which the session's clock goes on.
     ///
     /// # Errors
     /// The words cannot be drawn.
@@ -121,7 +122,7 @@ impl Desktop {
         self.do_it(does);
     }
 
-    /// A stick moves the choice, its first button confirms, its start button pauses.
+    /// Takes the gamepads' events: a stick moves the choice, its first button confirms, its start button pauses.
     fn look_at_joysticks(&mut self) {
         for moved in self.joysticks.take() {
             let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
@@ -143,7 +144,8 @@ impl Desktop {
         }
     }
 
-    /// Composes every kind of picture once: drivers compile when a shader first runs, and that must not be a trial.
+    /// Composes every kind of picture once. Drivers compile a shader when it first runs, and that must not happen in a
+    /// trial.
     fn warm_up(&mut self) -> Result<(), DisplayError> {
         let Some(content) = &self.content else { return Ok(()) };
         let shows = if content.has_letters { &[Shown::A, Shown::B][..] } else { &[Shown::Stimulus] };
@@ -162,7 +164,7 @@ impl Desktop {
         Ok(())
     }
 
-    /// Composes the window's picture if it is another one.
+    /// Composes the window's picture if it differs from the one shown.
     fn compose(&mut self) -> Result<(), DisplayError> {
         let (Some(content), Some(written), Some(size)) = (&self.content, &mut self.written, self.stage.size()) else {
             return Ok(());
@@ -268,7 +270,7 @@ impl Display for Desktop {
 
 impl Drop for Desktop {
     fn drop(&mut self) {
-        // Tests run with validation: a message must not go unnoticed.
+        // Tests run with validation, and none of its messages must go unnoticed.
         if let Err(error) = self.stage.gpu().check_validation() {
             terminal::say(&format!("error: {}\n", escape::line(&error.to_string())));
         }
@@ -280,13 +282,14 @@ fn information(options: &DesktopOptions, stage: &Stage) -> DisplayInfo {
     let (width_px, height_px) = options.mode.view(stage.size().unwrap_or((1, 1)));
     let rate = stage.rate();
     let monitor = stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
-    // An eye's pixel in the horizontal direction.
+    // Pixels of the window for each of an eye's pixels, horizontally.
     let wide = if options.mode == Mode::HalfSideBySide { 2.0 } else { 1.0 };
     DisplayInfo {
         kind: DISPLAY.to_owned(),
         system: format!("{monitor}, {}", options.mode.name()),
         runtime: format!("Vulkan {}, {}", device.vulkan, stage.timing()),
-        // Predicted, also where presents are reported: a frame is announced before it is shown.
+        // The times are predicted even where the system reports presents, because a frame is announced before it is
+        // shown.
         trust: Trust::Predicted,
         nominal_hz: rate.nominal_hz,
         measured_hz: rate.measured_hz,

@@ -1,19 +1,19 @@
-//! What the operator can choose of a desktop display.
+//! What the operator can choose about a desktop display.
 
-/// How each eye is given its own picture.
+/// How each eye gets its own picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mode {
-    /// Left and right half of the window, every pixel square: mirror stereoscopes, two-panel displays, free viewing
-    /// with parallel eyes.
+    /// Each eye's picture fills one half of the window, with square pixels: for mirror stereoscopes, two-panel
+    /// displays, and free viewing with parallel eyes.
     #[default]
     SideBySide,
-    /// Each eye's picture squeezed to half its width: 3D televisions.
+    /// As side by side, but each picture is squeezed to half its width: for 3D televisions.
     HalfSideBySide,
-    /// Halves exchanged: free viewing with crossed eyes.
+    /// As side by side with the halves exchanged: for free viewing with crossed eyes.
     Crossed,
-    /// Red-cyan glasses.
+    /// Red and cyan in one picture: for red-cyan glasses.
     Anaglyph,
-    /// One eye's picture for both.
+    /// One eye's picture for both eyes.
     LeftEye,
     RightEye,
 }
@@ -33,7 +33,7 @@ impl Mode {
         }
     }
 
-    /// Pixels of an eye's view in a window of this size.
+    /// Size of an eye's view in a window of this size, pixels.
     pub fn view(self, (width, height): (u32, u32)) -> (u32, u32) {
         match self {
             Mode::SideBySide | Mode::Crossed => ((width / 2).max(1), height.max(1)),
@@ -43,7 +43,7 @@ impl Mode {
         }
     }
 
-    /// Where in an eye's view a place of the window is.
+    /// Turns a place in the window into a place in an eye's view.
     pub fn place(self, [x, y]: [f32; 2], (width, _): (u32, u32)) -> [f32; 2] {
         let half = (width / 2) as f32;
         match self {
@@ -53,32 +53,32 @@ impl Mode {
         }
     }
 
-    /// Eyes see different pictures.
+    /// Whether the eyes see different pictures.
     pub fn is_stereo(self) -> bool {
         !matches!(self, Mode::LeftEye | Mode::RightEye)
     }
 }
 
-/// What the operator chose.
+/// The operator's choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesktopOptions {
     pub mode: Mode,
     /// Part of the monitor's name, or its number from 1; none: the primary one.
     pub monitor: Option<String>,
-    /// Pixels; none: the whole monitor.
+    /// Size of the window, pixels; none: the whole monitor.
     pub window: Option<(u32, u32)>,
-    /// Pixels in a degree at the viewer's distance.
+    /// Pixels per degree at the viewer's distance.
     pub px_per_degree: f32,
-    /// Both eyes' pictures stand so many pixels further apart.
+    /// Pixels by which both eyes' pictures are moved apart.
     pub apart_px: i32,
-    /// Refresh rate, Hz; none: what the monitor says.
+    /// Refresh rate, Hz; none: the one that the monitor states.
     pub hz: Option<f64>,
-    /// A square in the lower left corner for a photodiode: white while a stimulus stands, else black.
+    /// Whether a square for a photodiode is in the lower left corner: white while a stimulus is shown, else black.
     pub patch: bool,
     /// Part of the graphics device's name.
     pub device: Option<String>,
     pub title: String,
-    /// The window lives on a thread of its own, beside a session; Linux only.
+    /// Whether the window runs on a thread of its own beside a session; Linux only.
     pub is_beside: bool,
 }
 
@@ -88,7 +88,7 @@ impl Default for DesktopOptions {
             mode: Mode::default(),
             monitor: None,
             window: None,
-            // 0.27 mm pixels at 60 cm.
+            // This fits pixels of 0.27 mm at 60 cm.
             px_per_degree: 40.0,
             apart_px: 0,
             hz: None,

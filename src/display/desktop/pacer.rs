@@ -1,15 +1,15 @@
-//! When the next frame will be displayed: a steady grid, corrected by what the presentation engine lets through.
+//! Predicts when the next frame will be displayed: on a steady grid of times, corrected by how presenting blocks.
 
 /// Predicts display times on the session's clock.
 #[derive(Debug, Clone)]
 pub struct Pacer {
     period_ns: f64,
-    /// Presenting blocks until the monitor takes a picture; else a timer keeps the rate.
+    /// Whether presenting blocks until the monitor takes a picture; otherwise a timer keeps the rate.
     blocks: bool,
     last_ns: Option<f64>,
 }
 
-/// Share of an observed error by which the grid moves.
+/// Share of an observed error by which the grid is moved.
 const GAIN: f64 = 0.1;
 
 impl Pacer {
@@ -25,22 +25,22 @@ impl Pacer {
         self.blocks
     }
 
-    /// Before this time there is nothing to do.
+    /// The time before which there is nothing to do.
     pub fn wake_ns(&self) -> u64 {
         match self.last_ns {
-            // Composing and copying take their time before the picture is out.
+            // Composing and copying need the rest of the period before the picture is out.
             Some(last) if !self.blocks => (last + 0.75 * self.period_ns) as u64,
             _ => 0,
         }
     }
 
-    /// Display time of a frame that is begun now.
+    /// The display time of a frame that is begun now.
     pub fn next(&mut self, now_ns: u64) -> u64 {
         let earliest = now_ns as f64 + if self.blocks { self.period_ns } else { 0.0 };
         let at = match self.last_ns {
             None => earliest.max(now_ns as f64),
             Some(last) => {
-                // Whole periods on from the last frame; late work falls onto a later one.
+                // A whole number of periods after the last frame; late work gets a later one.
                 let steps = if self.blocks {
                     ((earliest - last) / self.period_ns).round().max(1.0)
                 } else {
@@ -55,12 +55,12 @@ impl Pacer {
         at as u64
     }
 
-    /// The last frame was in fact displayed at this time.
+    /// Corrects the display time of the last frame to the reported one.
     pub fn reported(&mut self, at_ns: u64) {
         self.last_ns = Some(at_ns as f64);
     }
 
-    /// The window was away: time begins anew.
+    /// Forgets the grid, because the window was not visible.
     pub fn reset(&mut self) {
         self.last_ns = None;
     }
@@ -91,7 +91,7 @@ mod tests {
         let first = pacer.next(0);
         assert_eq!(pacer.wake_ns(), first + 7_500_000);
         assert_eq!(pacer.next(first + 8_000_000), first + 10_000_000);
-        // Late by one and a half periods: the frame after the next is the first that can be made.
+        // The frame is late by one and a half periods, so the next but one is the first that can be shown.
         assert_eq!(pacer.next(first + 25_000_000), first + 30_000_000);
     }
 }

@@ -1,4 +1,4 @@
-//! The window: opened on a monitor, its events taken without ever giving the loop away.
+//! The window: opens it on a monitor and takes its events, while the event loop stays under this program's control.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,37 +18,37 @@ use super::options::DesktopOptions;
 /// What happened to the window.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Happened {
-    /// A key went down; `is_repeat`: it is being held.
+    /// A key was pressed; `is_repeat`: it is being held.
     Key {
         key: Key,
         modifiers: ModifiersState,
         is_repeat: bool,
     },
     KeyUp(Key),
-    /// Pixels from the upper left.
+    /// The pointer moved to this place, pixels from the upper left.
     Pointer([f32; 2]),
     Click,
-    /// The button went up.
+    /// The mouse button was released.
     Release,
-    /// The mouse was moved by so much, wherever the pointer is.
+    /// The mouse was moved by this much, wherever the pointer is.
     Moved([f32; 2]),
     Focus(bool),
-    /// Covered, minimised, or back.
+    /// The window was covered or minimised (false), or is back (true).
     Visible(bool),
     Resized,
-    /// Somebody wants it closed.
+    /// Somebody wants the window closed.
     Close,
-    /// It is gone.
+    /// The window is gone.
     Gone,
 }
 
-/// A monitor for `doctor` and for messages.
+/// A monitor, for `doctor` and for messages.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MonitorInfo {
     pub name: String,
     pub width_px: u32,
     pub height_px: u32,
-    /// None: it does not say.
+    /// Refresh rate, Hz; none: the monitor does not state it.
     pub hz: Option<f64>,
 }
 
@@ -64,7 +64,7 @@ impl MonitorInfo {
     }
 }
 
-/// Why there is no window.
+/// Why no window could be opened.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum ShellError {
     #[error("there is no desktop to open a window on ({0}); `cyclopean doctor` says more")]
@@ -75,7 +75,7 @@ pub enum ShellError {
     Window(String),
 }
 
-/// The window and its events. The loop goes after the window.
+/// The window and its events. The window is dropped before the event loop.
 pub struct Shell {
     handler: Handler,
     events: EventLoop<()>,
@@ -86,7 +86,7 @@ struct Handler {
     happened: VecDeque<Happened>,
     modifiers: ModifiersState,
     monitors: Vec<MonitorInfo>,
-    /// The one the window was opened on.
+    /// The monitor on which the window was opened.
     monitor: Option<MonitorHandle>,
     is_minimized: bool,
     failed: Option<ShellError>,
@@ -94,7 +94,7 @@ struct Handler {
 }
 
 impl Shell {
-    /// Opens the window and waits for it.
+    /// Opens the window and waits until it is there.
     ///
     /// # Errors
     /// [`ShellError`].
@@ -123,7 +123,7 @@ impl Shell {
         Err(ShellError::Window("the desktop did not answer within two seconds".to_owned()))
     }
 
-    /// Handles of the window, which lives as long as the shell.
+    /// The window's handles, valid as long as the shell lives.
     ///
     /// # Errors
     /// The window is gone.
@@ -133,19 +133,19 @@ impl Shell {
         Ok((window.display_handle().map_err(failed)?.as_raw(), window.window_handle().map_err(failed)?.as_raw()))
     }
 
-    /// Takes what happened; waits for it at most so long.
+    /// Collects what happened, and waits for it at most this long.
     pub fn pump(&mut self, at_most: Duration) {
         if let PumpStatus::Exit(_) = self.events.pump_app_events(Some(at_most), &mut self.handler) {
             self.handler.happened.push_back(Happened::Gone);
         }
     }
 
-    /// The oldest event that was not taken yet.
+    /// Takes the oldest event that was not taken yet.
     pub fn take(&mut self) -> Option<Happened> {
         self.handler.happened.pop_front()
     }
 
-    /// Pixels; none while it has no area.
+    /// Size of the window, pixels; none while it has no area.
     pub fn size(&self) -> Option<(u32, u32)> {
         let size = self.handler.window.as_ref()?.inner_size();
         (size.width > 0 && size.height > 0).then_some((size.width, size.height))
@@ -157,7 +157,7 @@ impl Shell {
         window.current_monitor().or_else(|| self.handler.monitor.clone()).map(|m| MonitorInfo::of(&m))
     }
 
-    /// The monitor that it fills has been taken away.
+    /// Whether the monitor that the window fills was taken away.
     pub fn has_lost_its_monitor(&self) -> bool {
         let (Some(window), Some(monitor)) = (&self.handler.window, &self.handler.monitor) else { return false };
         self.handler.options.window.is_none() && !window.available_monitors().any(|m| m.name() == monitor.name())
@@ -172,7 +172,7 @@ impl Shell {
 }
 
 fn event_loop(is_beside: bool) -> Result<EventLoop<()>, ShellError> {
-    // winit's own words name a source line of it.
+    // The messages of winit name a line of its source, so this is checked here.
     let is_there = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
         .iter()
         .any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));

@@ -1,4 +1,5 @@
-//! A window with a device behind it: events out, pictures in, each frame with the time at which it will be seen.
+//! A window with a graphics device: gives the window's events, presents pictures, and predicts when each frame will be
+//! seen.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -9,7 +10,7 @@ use super::pacer::Pacer;
 use super::shell::{Happened, MonitorInfo, Shell, ShellError};
 use crate::gpu::{Gpu, GpuError, GpuOptions, Image, OwnDevice, Shown, Surface, Swapchain, WithSurface};
 
-/// Why a stage cannot be opened or is lost.
+/// Why a stage cannot be opened, or why it was lost.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
     #[error(transparent)]
@@ -22,14 +23,14 @@ pub enum StageError {
     MonitorLost(String),
 }
 
-/// Refresh rate where neither monitor nor operator says one, Hz.
+/// Refresh rate if neither the monitor nor the operator states one, Hz.
 const USUAL_HZ: f64 = 60.0;
-/// Rates of monitors, Hz: one of them is meant where a monitor does not say.
+/// Usual rates of monitors, Hz. Where a monitor states none, the measured rate is taken for the nearest of these.
 const USUAL_RATES: [f64; 13] = [24.0, 30.0, 50.0, 60.0, 72.0, 75.0, 90.0, 100.0, 120.0, 144.0, 165.0, 180.0, 240.0];
-/// Frames that warm the window up and measure its rate.
+/// Frames that warm up the window and measure its rate.
 const WARM_UP: usize = 45;
 
-/// The rate as it is and as it should be.
+/// The nominal and the measured refresh rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
     pub nominal_hz: f64,
@@ -38,7 +39,7 @@ pub struct Rate {
     pub interval_sd_ms: Option<f64>,
 }
 
-/// Owners last: what is made from the device goes before it, the surface before the window.
+/// Fields are dropped in this order: what was made with the device goes before it, and the surface before the window.
 pub struct Stage {
     picture: Option<Image>,
     composer: Composer,
@@ -48,7 +49,7 @@ pub struct Stage {
     started: Instant,
     start_ns: u64,
     is_visible: bool,
-    /// Nothing was shown at the last frame although it was announced.
+    /// Whether the last frame was announced but not shown.
     was_stale: bool,
     last_queued: Option<u64>,
     last_seen_ns: Option<u64>,
@@ -59,7 +60,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Opens the window, the device and the way between, and measures the rate.
+    /// Opens the window, the device and the swapchain between them, and measures the rate.
     ///
     /// # Errors
     /// [`StageError`] naming what is missing.
@@ -97,7 +98,8 @@ impl Stage {
         Ok(stage)
     }
 
-    /// Presents grey as fast as it is taken: what the window opens with, and how long presenting blocks.
+    /// Presents grey frames as fast as possible. They are what the window shows first, and they measure how long
+    /// presenting blocks.
     fn warm_up(&mut self, is_said: bool) -> Result<(), StageError> {
         self.fit()?;
         let mut times = Vec::new();
@@ -112,7 +114,7 @@ impl Stage {
                 Shown::Stale => self.picture = None,
             }
         }
-        // The first frames fill the queue.
+        // The first frames only fill the queue.
         let intervals: Vec<f64> = times.windows(2).skip(5).map(|w| (w[1] - w[0]).as_secs_f64() * 1e3).collect();
         if intervals.is_empty() {
             return Ok(());
@@ -127,7 +129,8 @@ impl Stage {
             self.rate.nominal_hz = USUAL_RATES.iter().find(near).copied().unwrap_or(USUAL_HZ);
         }
         let nominal_ms = 1e3 / self.rate.nominal_hz;
-        // Each or each second picture, … waits for the monitor; software that is merely slow fits no such rhythm.
+        // Presenting may wait for the monitor at every picture, every second one and so on. Software that is merely
+        // slow has no such rhythm.
         let every = (mean / nominal_ms).round().max(1.0);
         let blocks = is_steady && (mean / nominal_ms / every - 1.0).abs() < 0.04;
         if blocks {
@@ -139,14 +142,14 @@ impl Stage {
         Ok(())
     }
 
-    /// Gives images the window's size. True: they are new, so that everything must be composed anew.
+    /// Gives the images the window's size. True: they are new, so everything must be composed again.
     fn fit(&mut self) -> Result<bool, StageError> {
         let Some(size) = self.shell.size() else { return Ok(false) };
         let fits = self.picture.as_ref().is_some_and(|p| p.extent() == size) && self.chain.extent() == Some(size);
         if fits {
             return Ok(false);
         }
-        // The picture that goes may still be on its way; `resize` waits for it.
+        // The old picture may still be on its way to the monitor; `resize` waits for it.
         self.chain.resize(size.0, size.1)?;
         self.last_queued = None;
         self.picture = match self.chain.extent() {
@@ -172,7 +175,7 @@ impl Stage {
         &self.pacer
     }
 
-    /// Who says when a picture is seen, in words.
+    /// Describes where the times of display come from.
     pub fn timing(&self) -> &'static str {
         match (self.chain.says_when(), self.pacer.blocks()) {
             (true, _) => "FIFO, corrected by VK_KHR_present_wait",
@@ -181,12 +184,12 @@ impl Stage {
         }
     }
 
-    /// Pixels of the window; none while it has no area.
+    /// Size of the window, pixels; none while it has no area.
     pub fn size(&self) -> Option<(u32, u32)> {
         self.picture.as_ref().map(Image::extent)
     }
 
-    /// The clock begins at this time, nanoseconds.
+    /// Starts the clock at this time, nanoseconds.
     pub fn start_clock(&mut self, start_ns: u64) {
         (self.started, self.start_ns) = (Instant::now(), start_ns);
         self.pacer.reset();
@@ -196,7 +199,7 @@ impl Stage {
         self.start_ns + self.started.elapsed().as_nanos() as u64
     }
 
-    /// The next thing that happened; none when the next frame is due. `Resized` comes with images of the new size.
+    /// Waits for the next event; none when the next frame is due. At `Resized` the images already have the new size.
     ///
     /// # Errors
     /// The window, its monitor or the device is gone.
@@ -231,7 +234,7 @@ impl Stage {
                 return Ok(None);
             }
             let left = Duration::from_nanos(wake - now);
-            // The desktop's own wait is too coarse for the last millisecond.
+            // The desktop's own waiting is too coarse for the last millisecond.
             if left > Duration::from_millis(2) {
                 self.shell.pump(left - Duration::from_millis(1));
             } else {
@@ -250,7 +253,7 @@ impl Stage {
         Ok(())
     }
 
-    /// When a frame that is begun now will be seen, and whether it can be drawn.
+    /// The time at which a frame that is begun now will be seen, and whether it can be drawn.
     pub fn frame(&mut self) -> (u64, bool) {
         if let Some(picture) = self.last_queued.take()
             && self.chain.says_when()
@@ -261,7 +264,7 @@ impl Stage {
             self.last_seen_ns = Some(now);
         }
         if !self.is_visible {
-            // Nothing throttles what nobody sees.
+            // Presenting does not limit the rate of a window that nobody sees, so this waits for a period.
             std::thread::sleep(Duration::from_nanos(self.pacer.period_ns() as u64));
         }
         let rendered = self.is_visible && self.picture.is_some() && !std::mem::take(&mut self.was_stale);
@@ -278,7 +281,7 @@ impl Stage {
         }
     }
 
-    /// Presents what was composed last.
+    /// Presents the picture that was composed last.
     ///
     /// # Errors
     /// The window or the device is gone.
@@ -297,7 +300,7 @@ impl Stage {
         Ok(())
     }
 
-    /// When the last picture but one was on the monitor; none: nobody says.
+    /// The time at which the last picture but one was on the monitor; none where the system does not report it.
     pub fn last_seen_ns(&self) -> Option<u64> {
         self.last_seen_ns
     }
@@ -309,7 +312,7 @@ impl Stage {
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        // The window's picture may still be on its way.
+        // The window's picture may still be on its way to the monitor.
         if let Err(error) = self.chain.rest() {
             tracing::warn!("the window did not come to rest: {error}");
         }

@@ -1,4 +1,4 @@
-//! Stimuli on the device: uploaded once, before the first trial.
+//! Uploads the stimuli to the device, once, before the first trial.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -9,7 +9,8 @@ use crate::display::{DisplayError, StimulusFiles, memory};
 use crate::gpu::{Gpu, Image, ImageDesc};
 use crate::picture;
 
-/// Both eyes' display values, layer 0 left, 1 right: by stimulus, one image of a still, one a frame of a moving stimulus.
+/// Both eyes' display values, layer 0 left and 1 right, by stimulus: one image for a still, one for each frame of a
+/// moving stimulus.
 pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> Result<Vec<Vec<Image>>, DisplayError> {
     memory::check(gpu, stimuli, memory::Levels::One).map_err(|what| DisplayError { display, what })?;
     let frames = |files: &StimulusFiles| files.frames.iter().map(|path| frame(gpu, path, display)).collect();

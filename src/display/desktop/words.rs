@@ -1,4 +1,4 @@
-//! Everything written in the window: what changes is drawn anew, what comes back is kept.
+//! All words in the window: what changes is drawn again, what comes back is kept.
 
 use std::rc::Rc;
 
@@ -10,11 +10,12 @@ use crate::display::panel::{Drawn, Panel, View, em_px};
 use crate::gpu::{Gpu, GpuError, Image};
 use crate::study::protocol::Screen;
 
-/// The panel with its pictures.
+/// The panel's drawer, with the pictures that it has drawn.
 pub(super) struct Written {
-    /// Pages and panels, drawn at each change.
+    /// Pages and panels, drawn again at each change.
     page: Option<Image>,
-    /// The blank frame, a stimulus, stimulus A, stimulus B: drawn once, so that a toggle draws nothing.
+    /// The words over the blank frame, a stimulus, stimulus A and stimulus B: drawn once, so that a toggle draws
+    /// nothing.
     kept: [Option<Image>; 4],
     drawn: Drawn,
     letter_at: Option<f32>,
@@ -25,7 +26,7 @@ impl Written {
     pub fn new(gpu: &Rc<Gpu>, content: &Content, options: &DesktopOptions) -> Result<Written, GpuError> {
         let mut panel = Panel::new(gpu, options.px_per_degree, content.font.as_deref(), true)?;
         if options.mode == Mode::HalfSideBySide {
-            // Two columns of the view are one pixel of the monitor.
+            // Two columns of an eye's view are one pixel of the monitor.
             panel.set_dot_px(2);
         }
         let letter_at = Written::letter_px(content, options);
@@ -38,12 +39,12 @@ impl Written {
         if content.has_letters { (2.4 * em_px(options.px_per_degree)) as u32 } else { 0 }
     }
 
-    /// What the last picture offers.
+    /// What can be pointed at in the last picture.
     pub fn drawn(&self) -> &Drawn {
         &self.drawn
     }
 
-    /// The picture of a view for an eye's view of this size.
+    /// Draws the picture of a view, for an eye's view of this size.
     pub fn draw(&mut self, content: &Content, view: &View, size: (u32, u32)) -> Result<&Image, GpuError> {
         if self.page.as_ref().is_none_or(|page| page.extent() != size) {
             self.page = Some(self.panel.image(size.0, size.1)?);

@@ -1,4 +1,4 @@
-//! Controllers: one action set, suggested bindings for the profiles that headsets have (OpenXR 1.0, section 11).
+//! Controllers: one action set, with suggested bindings for the controllers of known headsets (OpenXR 1.0, section 11).
 
 use openxr as xr;
 
@@ -7,17 +7,17 @@ use super::place::Pose;
 use super::runtime::{Runtime, Said};
 use crate::display::DisplayError;
 
-/// A stick that was pushed so far has moved a choice, and must come back so far before it moves another.
+/// A stick that was pushed this far moves a choice once. It must come back to `RELEASED` before it moves another.
 const PUSHED: f32 = 0.6;
 const RELEASED: f32 = 0.3;
 
-/// What was done since the last look.
+/// What was done with the controllers since the last look.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Done {
     pub confirm: bool,
     pub pause: bool,
     pub recentre: bool,
-    /// +1: right or down; −1: left or up.
+    /// +1: the stick was pushed right or down; −1: left or up.
     pub step: i32,
     /// The hand that did it: 0 left, 1 right.
     pub hand: usize,
@@ -29,7 +29,7 @@ pub(super) struct Actions {
     confirm: xr::Action<bool>,
     pause: xr::Action<bool>,
     recentre: xr::Action<bool>,
-    /// Where only a pressed pad means something.
+    /// For pads that count only while they are pressed.
     press: xr::Action<bool>,
     stick: xr::Action<xr::Vector2f>,
     aim: xr::Action<xr::Posef>,
@@ -48,7 +48,8 @@ enum To {
     Stick,
 }
 
-/// Profile, and per hand what is bound to what; aim and haptic are everywhere. Paths: section 6.4 and the extensions.
+/// An interaction profile, its bindings for both hands, and those for each hand; every profile has aim and haptics.
+/// Paths: section 6.4 and the extensions.
 type Profile = (&'static str, &'static [(To, &'static str)], [&'static [(To, &'static str)]; 2]);
 
 const PROFILES: &[Profile] = &[
@@ -103,7 +104,7 @@ const PROFILES: &[Profile] = &[
 const HANDS: [&str; 2] = ["/user/hand/left", "/user/hand/right"];
 
 impl Actions {
-    /// Makes the set, suggests bindings, attaches it to the session (once and for all: section 11.2).
+    /// Makes the set, suggests bindings, and attaches it to the session, which is possible only once (section 11.2).
     pub fn new(runtime: &Runtime, session: &xr::Session<xr::Vulkan>) -> Result<Actions, DisplayError> {
         let path = |text: &str| runtime.instance.string_to_path(text).said("xrStringToPath");
         let hands = [path(HANDS[0])?, path(HANDS[1])?];
@@ -162,7 +163,7 @@ impl Actions {
         let profile_path = path(format!("/interaction_profiles/{profile}"))?;
         match runtime.instance.suggest_interaction_profile_bindings(profile_path, &bindings) {
             Ok(()) => Ok(()),
-            // A runtime need not know every device; the others stay.
+            // A runtime need not know every device. The other profiles stay.
             Err(xr::sys::Result::ERROR_PATH_UNSUPPORTED) => {
                 tracing::debug!("openxr: {profile} is not known to this runtime");
                 Ok(())
@@ -171,7 +172,7 @@ impl Actions {
         }
     }
 
-    /// Brings the actions up to date; what was pressed since the last call. Nothing while another has the focus.
+    /// Updates the actions and returns what was done since the last call; nothing while another program has the focus.
     pub fn read(&mut self, session: &xr::Session<xr::Vulkan>) -> Result<Done, DisplayError> {
         session.sync_actions(&[xr::ActiveActionSet::new(&self.set)]).said("xrSyncActions")?;
         let mut done = Done { hand: 1, ..Done::default() };
@@ -183,7 +184,7 @@ impl Actions {
             let (press, has_pad) = pressed(&self.press)?;
             let stick = self.stick.state(session, path).said("xrGetActionStateVector2f")?;
             let (x, y) = (stick.current_state.x, stick.current_state.y);
-            // Right and down lead on.
+            // Right and down move forward.
             let along = if x.abs() >= y.abs() { x } else { -y };
             let was = self.pushed[hand];
             self.pushed[hand] = stick.is_active && along.abs() > if was { RELEASED } else { PUSHED };
@@ -202,14 +203,14 @@ impl Actions {
         Ok(done)
     }
 
-    /// Where a hand points, in the room; none while it is not tracked.
+    /// The ray along which a hand points, in the room; none while the hand is not tracked.
     pub fn ray(&self, hand: usize, spaces: &Spaces, time: xr::Time) -> Result<Option<Pose>, DisplayError> {
         let located = self.rays[hand].locate(&spaces.room, time).said("xrLocateSpace")?;
         let needed = xr::SpaceLocationFlags::ORIENTATION_VALID | xr::SpaceLocationFlags::POSITION_VALID;
         Ok(located.location_flags.contains(needed).then(|| Pose::of(located.pose)))
     }
 
-    /// A short knock in the hand. A controller without one is no failure.
+    /// A short vibration in the hand. A controller that cannot vibrate is no failure.
     pub fn knock(&self, session: &xr::Session<xr::Vulkan>, hand: usize) {
         let knock = xr::HapticVibration::new()
             .duration(xr::Duration::MIN_HAPTIC)

@@ -1,14 +1,14 @@
-//! From stick, ray and trigger to what a person means on this screen. Pure.
+//! Turns stick, ray and trigger into what a person means on this screen. It calls no runtime.
 
 use crate::display::panel::Drawn;
 use crate::study::protocol::{Input, Screen};
 
-/// Where the participant is on a board.
+/// What the participant points at on a board.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Chooser {
-    /// The target that is lit.
+    /// The target that is highlighted.
     hover: Option<usize>,
-    /// The target that the ray met last: one that stays put does not fight the stick.
+    /// The target that the ray met last. While the ray stays on it, the stick can highlight another one.
     pointed: Option<usize>,
 }
 
@@ -17,12 +17,13 @@ impl Chooser {
         self.hover
     }
 
-    /// Another screen: nothing is lit, and what the ray still meets there is lit only when it moves.
+    /// Called for another screen: nothing is highlighted, and a target that the ray still meets is highlighted only
+    /// when the ray moves.
     pub fn reset(&mut self) {
         self.hover = None;
     }
 
-    /// The ray meets a target, or none.
+    /// Takes the target that the ray meets, or none.
     pub fn point(&mut self, target: Option<usize>) {
         if self.pointed != target {
             self.pointed = target;
@@ -30,11 +31,11 @@ impl Chooser {
         }
     }
 
-    /// The stick was pushed: on the rating panel the choice moves, elsewhere the light.
+    /// Called when the stick was pushed: it moves the choice on the rating panel, and the highlight elsewhere.
     pub fn step(&mut self, screen: &Screen, choices: usize, drawn: &Drawn, by: i32) -> Option<Input> {
         let moved = |from: Option<usize>, n: usize| match from {
             Some(at) => (at as i32 + by).clamp(0, n as i32 - 1) as usize,
-            // The first push lands in the middle, whichever way it went: neither end is nearer.
+            // The first push in either direction chooses the middle, because neither end is nearer.
             None => (n - 1) / 2,
         };
         if let Screen::Panel { chosen, .. } = screen {
@@ -52,7 +53,7 @@ impl Chooser {
         None
     }
 
-    /// The trigger was pulled: what is lit counts, else the only thing that can be meant.
+    /// Called when the trigger was pulled: it takes the highlighted target, or else the only one that can be meant.
     pub fn confirm(&self, screen: &Screen, drawn: &Drawn) -> Option<Input> {
         if let Some(input) = self.hover.and_then(|at| drawn.input(at)) {
             return Some(input);

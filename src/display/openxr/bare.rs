@@ -1,4 +1,5 @@
-//! A headset without a study, for callers that show pictures of their own: rendered for each frame, or words for each eye.
+//! A headset without a study, which shows frames rendered for the moment, or words for each eye. `live` and `display
+//! test` use it.
 
 use std::rc::Rc;
 use std::sync::mpsc::Receiver;
@@ -18,10 +19,10 @@ use crate::display::{DisplayError, DisplayInfo};
 use crate::gpu::{Gpu, Image};
 use crate::study::protocol::Input;
 
-/// One eye in the room, as the runtime predicts it for a frame.
+/// One eye's pose in the room, as the runtime predicts it for a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EyeInRoom {
-    /// Right, up, backward, metres.
+    /// Position to the right, up and backward, metres.
     pub position: [f32; 3],
     /// Unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
@@ -29,29 +30,29 @@ pub struct EyeInRoom {
     pub fov_rad: [f32; 4],
 }
 
-/// What was done with the controllers or typed since the last frame.
+/// What was done with the controllers, or typed, since the last frame.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Acts {
     pub confirm: bool,
     pub pause: bool,
-    /// +1: right or down; −1: left or up.
+    /// +1: the stick was pushed right or down; −1: left or up.
     pub step: i32,
-    /// Put what is shown where the head is.
+    /// Place what is shown in front of the head.
     pub centre: bool,
     pub typed: Vec<Input>,
 }
 
-/// A frame that must be given back by one of the `show`s.
+/// A frame, which must be given back by one of the `show` functions.
 pub struct BareFrame {
     due: Due,
     /// Predicted display time, nanoseconds of the runtime's clock.
     pub at_ns: u64,
-    /// The eyes; none: not tracked, or nothing would be seen.
+    /// The eyes; none where they are not tracked, or nothing would be seen.
     pub eyes: Option<[EyeInRoom; 2]>,
     pub acts: Acts,
 }
 
-/// See the module's documentation. Fields go in this order, as in [`super::OpenXr`].
+/// See the module's documentation. Fields are dropped in this order, as in [`super::OpenXr`].
 pub struct Bare {
     picture: Option<Texture>,
     words: Option<Texture>,
@@ -65,7 +66,7 @@ pub struct Bare {
 }
 
 impl Bare {
-    /// As [`super::OpenXr::open`].
+    /// Opens the headset, as [`super::OpenXr::open`] does.
     ///
     /// # Errors
     /// One sentence that names what is missing.
@@ -87,7 +88,7 @@ impl Bare {
         &self.info
     }
 
-    /// Pixels of a page of words, and its pixels a degree.
+    /// Size of a page of words, pixels, and its pixels per degree.
     pub fn page_px(&self) -> ((u32, u32), f32) {
         let size = Size::page(half_field_deg(&self.warm_up.eyes), self.info.arcsec_per_px);
         let px =
@@ -95,7 +96,7 @@ impl Bare {
         ((px[0], px[1]), size.px_per_deg as f32)
     }
 
-    /// Waits for the next frame; none while the headset wants none, so that the caller can look about.
+    /// Waits for the next frame. None while the headset wants no frame, so that the caller can do other things.
     ///
     /// # Errors
     /// The headset is gone.
@@ -153,7 +154,7 @@ impl Bare {
         })
     }
 
-    /// Shows two layers of RGBA8 (sRGB values), each rendered for the eye it was given, in a projection layer.
+    /// Shows two layers of RGBA8 (sRGB values), each rendered for its eye as it was given, in a projection layer.
     ///
     /// # Errors
     /// The headset is gone.
@@ -212,7 +213,7 @@ impl Bare {
         })
     }
 
-    /// Gives an empty frame.
+    /// Gives the runtime an empty frame.
     ///
     /// # Errors
     /// The headset is gone.
@@ -227,7 +228,7 @@ impl Drop for Bare {
     }
 }
 
-/// The texture for an image of this size, made anew when there is none.
+/// The texture for an image of this size. It is made again when there is none of this size.
 fn kept<'a>(
     texture: &'a mut Option<Texture>,
     headset: &Headset,

@@ -1,5 +1,5 @@
-//! Words: pages, questions, the rating panel, and what stands over a stimulus. Each on a quad of its own, drawn once
-//! per change at no fewer pixels a degree than letters need.
+//! Boards of words: pages, questions, the rating panel, and what is shown over a stimulus. Each is a quad of its own,
+//! drawn once for each change, with at least as many pixels per degree as letters need.
 
 use openxr as xr;
 
@@ -13,9 +13,9 @@ use crate::display::panel::{Drawn, Panel, View};
 use crate::gpu::Image;
 use crate::study::protocol::Screen;
 
-/// Below that many pixels a degree letters are hard to read, whatever the headset has.
+/// With fewer pixels per degree than this, letters are hard to read, whatever the headset shows.
 const LEAST_PX_PER_DEG: f64 = 20.0;
-/// A page at most, degrees.
+/// Largest size of a page, degrees.
 const PAGE_DEG: [f64; 2] = [58.0, 44.0];
 
 /// One quad of words: an image that the panel draws into, and the texture the compositor reads.
@@ -36,23 +36,24 @@ pub(super) struct Size {
 }
 
 impl Size {
-    /// A page within a field (degrees from straight ahead to its edges).
+    /// The size of a page within a field of view (degrees from straight ahead to its edges).
     pub fn page(half_deg: [f64; 2], arcsec_per_px: f64) -> Size {
         let deg = [0, 1].map(|i| PAGE_DEG[i].min(1.8 * half_deg[i]));
         Size { deg, px_per_deg: (3600.0 / arcsec_per_px).max(LEAST_PX_PER_DEG) }
     }
 
-    /// The same place with exactly the display's pixels: a dot of a stereogram is one.
+    /// The same size with exactly the display's pixels, so that a dot of a stereogram is one pixel.
     pub fn in_display_px(self, arcsec_per_px: f64) -> Size {
         Size { px_per_deg: 3600.0 / arcsec_per_px, ..self }
     }
 }
 
 impl Board {
-    /// Nothing on it yet; `pen` draws at the size's pixels per degree.
+    /// Makes an empty board; `pen` draws at the pixels per degree of `size`.
     pub fn new(headset: &Headset, pen: &Panel, size: Size) -> Result<Board, DisplayError> {
         let size_m = [0, 1].map(|i| place::size_m(size.deg[i], 1.0, SCREEN_M).0);
-        // A pixel in the middle subtends exactly what it should; towards the edges of a flat quad less.
+        // A pixel in the middle has exactly the angle that it should have; towards the edges of a flat quad the angle
+        // is smaller.
         let px_m = f64::from(SCREEN_M) * (1.0 / size.px_per_deg).to_radians();
         let largest = headset.runtime.max_side_px.min(4096);
         let px = size_m.map(|m| ((f64::from(m) / px_m).round() as u32).clamp(16, largest));
@@ -64,7 +65,7 @@ impl Board {
         Ok(Board { image, texture, size_m: (size_m[0], size_m[1]), px: (px[0], px[1]), shown: None, drawn })
     }
 
-    /// Draws a view, unless it is there already.
+    /// Draws a view, unless the board shows it already.
     pub fn show(
         &mut self,
         headset: &Headset,
@@ -82,7 +83,7 @@ impl Board {
         Ok(())
     }
 
-    /// Pixels.
+    /// Size of the board's image, pixels.
     pub fn px(&self) -> (u32, u32) {
         self.px
     }
@@ -92,13 +93,13 @@ impl Board {
         &self.drawn
     }
 
-    /// The target that a ray meets. Ray and board in one space.
+    /// The target that a ray meets. The ray and the board are given in the same space.
     pub fn target_at(&self, ray: Pose, board: Pose) -> Option<usize> {
         let [x, y] = place::meets(ray, board, self.size_m)?;
         self.drawn.at([x * self.px.0 as f32, y * self.px.1 as f32])
     }
 
-    /// Quads for both eyes, or one for each where the pictures differ. `over`: what lies behind shines through.
+    /// One quad for both eyes, or one for each eye where the pictures differ. `over`: what lies behind shines through.
     pub fn quads<'a>(
         &'a self,
         space: &'a xr::Space,
@@ -125,12 +126,12 @@ impl Board {
     }
 }
 
-/// What draws words at a size's pixels per degree.
+/// Makes a drawer of words with a size's pixels per degree.
 pub(super) fn pen(headset: &Headset, content: &Content, size: Size) -> Result<Panel, DisplayError> {
     Panel::new(&headset.gpu, size.px_per_deg as f32, content.font.as_deref(), false).map_err(from_gpu)
 }
 
-/// The index of a screen's content is beyond what the study has.
+/// The error for a screen whose index is beyond the study's content.
 pub(super) fn unknown(screen: &Screen) -> DisplayError {
     failure(format!("nothing is known of {screen:?}"))
 }

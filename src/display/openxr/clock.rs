@@ -1,8 +1,8 @@
-//! The runtime's time and the session's.
+//! Converts between the runtime's clock and the session's.
 
 use std::time::Instant;
 
-/// Turns `XrTime` into the session clock: both count nanoseconds, only their zeros differ.
+/// Converts `XrTime` to the session clock. Both count nanoseconds and differ only in their zero.
 #[derive(Debug, Clone)]
 pub(super) struct Clock {
     /// `XrTime` of the session clock's `start_ns`.
@@ -13,13 +13,14 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// The session clock reads `start_ns` now. `now_xr`: the runtime's time now; where it cannot be asked, the last
-    /// predicted display time stands for it, and inputs are logged early by about that prediction's length.
+    /// Starts the session clock, which reads `start_ns` now. `now_xr` is the runtime's time now. Where that cannot be
+    /// asked, the last predicted display time stands for it, and inputs are logged early by about the length of that
+    /// prediction.
     pub fn start(start_ns: u64, now_xr: i64) -> Clock {
         Clock { zero_xr: now_xr, start_ns, zero: Instant::now() }
     }
 
-    /// The session clock at a time of the runtime.
+    /// The session clock at one of the runtime's times.
     pub fn at_ns(&self, xr: i64) -> u64 {
         self.start_ns.saturating_add_signed(xr - self.zero_xr)
     }

@@ -1,4 +1,4 @@
-//! The session with the runtime: its states followed to the letter, frames waited for and given.
+//! The OpenXR session with the runtime: its states are followed exactly, and frames are waited for and given.
 //!
 //! OpenXR 1.0: sections 9 (session), 10 (frames). One thread calls everything, so that no call needs a lock.
 
@@ -18,7 +18,7 @@ use crate::gpu::{Gpu, GpuOptions};
 
 /// How long a headset may take to become ready.
 const READY_WITHIN: Duration = Duration::from_secs(20);
-/// Frames that the rate is measured over, after as many that are not looked at.
+/// Frames over which the rate is measured, after as many that are ignored.
 const WARM_UP: usize = 45;
 
 /// A session with a headset. Dropped after everything that was made with it.
@@ -31,7 +31,7 @@ pub(super) struct Headset {
     pub lifecycle: Lifecycle,
     pub pace: Pace,
     events: xr::EventDataBuffer,
-    /// We asked to leave: an end is no failure.
+    /// Whether this program asked to leave, so that the session's end is no failure.
     leaving: bool,
 }
 
@@ -43,15 +43,15 @@ pub(super) struct Spaces {
     pub head: xr::Space,
 }
 
-/// Of what the runtime tells, what is not a change of state.
+/// An event of the runtime that is not a change of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Heard {
     RefreshRate(f64),
-    /// The room's origin moves at this time of the runtime: by its recentre button, for one.
+    /// The room's origin moves at this time of the runtime, for instance because its recentre button was pressed.
     Recentred(i64),
 }
 
-/// A frame that was waited for and must be given.
+/// A frame that was waited for and must be given to the runtime.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due {
     pub state: xr::FrameState,
@@ -65,15 +65,15 @@ impl Due {
     }
 }
 
-/// How an eye looks out of the head.
+/// An eye's pose in the head, and its field of view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EyeView {
-    /// In the head's axes.
+    /// The eye's pose, in the head's axes.
     pub pose: Pose,
     pub fov: xr::Fovf,
 }
 
-/// What the frames before the first screen told.
+/// What the frames before the first screen showed about the headset.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WarmUp {
     pub nominal_hz: f64,
@@ -85,7 +85,7 @@ pub(super) struct WarmUp {
 }
 
 impl Headset {
-    /// Finds runtime and headset, opens the device it wants, and makes a session.
+    /// Finds the runtime and the headset, opens the device that the runtime wants, and makes a session.
     pub fn open() -> Result<(Headset, Spaces), DisplayError> {
         let runtime = Runtime::open()?;
         let gpu = Gpu::open(&runtime, &GpuOptions::from_environment()).map_err(texture::from_gpu)?;
@@ -121,7 +121,7 @@ impl Headset {
         Ok((headset, spaces))
     }
 
-    /// Takes everything the runtime has to say.
+    /// Takes all waiting events of the runtime.
     pub fn poll(&mut self) -> Result<Vec<Heard>, DisplayError> {
         let mut heard = Vec::new();
         while let Some(event) = self.runtime.instance.poll_event(&mut self.events).said("xrPollEvent")? {
@@ -168,13 +168,13 @@ impl Headset {
         Ok(heard)
     }
 
-    /// Waits until the runtime wants the next frame. Only while the session is running.
+    /// Waits until the runtime wants the next frame. Call it only while the session is running.
     pub fn wait(&mut self) -> Result<Due, DisplayError> {
         let state = self.waiter.wait().said("xrWaitFrame")?;
         Ok(Due { state, waited: Instant::now() })
     }
 
-    /// Begins and ends a frame. `draw` runs in between, and only where it would be seen; elsewhere the frame is empty.
+    /// Begins and ends a frame. `draw` runs in between, but only where it would be seen; otherwise the frame is empty.
     pub fn give<'a>(
         &mut self,
         due: Due,
@@ -204,7 +204,7 @@ impl Headset {
         Ok(())
     }
 
-    /// Waits for the headset to become ready, then gives empty frames to learn its rate and its eyes.
+    /// Waits for the headset to become ready, then gives empty frames to find out its rate and its eyes.
     pub fn warm_up(&mut self, spaces: &Spaces) -> Result<WarmUp, DisplayError> {
         let begun = Instant::now();
         let mut times = Vec::new();
@@ -243,7 +243,7 @@ impl Headset {
         })
     }
 
-    /// The eyes in the head; none while the runtime does not know.
+    /// The poses of the eyes in the head; none while the runtime does not know them.
     pub fn eyes(&self, spaces: &Spaces, time: xr::Time) -> Result<Option<[EyeView; 2]>, DisplayError> {
         let (flags, views) = self.session.locate_views(VIEWS, time, &spaces.head).said("xrLocateViews")?;
         let known = flags.contains(xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID);
@@ -253,15 +253,15 @@ impl Headset {
         })
     }
 
-    /// Where the head is in the room; none while it is not tracked.
+    /// The pose of the head in the room; none while it is not tracked.
     pub fn head(&self, spaces: &Spaces, time: xr::Time) -> Result<Option<Pose>, DisplayError> {
         let located = spaces.head.locate(&spaces.room, time).said("xrLocateSpace")?;
         let needed = xr::SpaceLocationFlags::ORIENTATION_VALID | xr::SpaceLocationFlags::POSITION_VALID;
         Ok(located.location_flags.contains(needed).then(|| Pose::of(located.pose)))
     }
 
-    /// Leaves in order: asks for the end, keeps the frame loop until the runtime agrees, ends. A runtime that is gone
-    /// or does not answer within two seconds is left alone.
+    /// Leaves in order: asks for the end, keeps the frame loop running until the runtime agrees, and ends the session.
+    /// A runtime that is gone or does not answer within two seconds is left alone.
     pub fn leave(&mut self) {
         self.leaving = true;
         if !self.lifecycle.is_running() || self.session.request_exit().is_err() {
@@ -280,12 +280,12 @@ impl Headset {
     }
 }
 
-/// What is shown in one frame: projections first, quads over them in order.
+/// The layers of one frame: projections first, then quads over them in this order.
 #[derive(Default)]
 pub(super) struct Layers<'a> {
     pub projections: Vec<(&'a xr::Space, [xr::CompositionLayerProjectionView<'a, xr::Vulkan>; 2])>,
     pub quads: Vec<xr::CompositionLayerQuad<'a, xr::Vulkan>>,
-    /// A picture of the study is among them.
+    /// Whether a picture of the study is among them.
     pub is_stimulus: bool,
 }
 

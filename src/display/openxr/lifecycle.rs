@@ -1,28 +1,28 @@
-//! The session's states, as OpenXR 1.0 (section 9.3) has them, and what each asks of us.
+//! The states of an OpenXR session (OpenXR 1.0, section 9.3), and what each of them demands of this program.
 //!
 //! ```text
 //! IDLE → READY (begin) → SYNCHRONIZED (frames, nothing seen) ⇄ VISIBLE (seen) ⇄ FOCUSED (seen and answered)
 //!      ← STOPPING (end) ←                         anywhere → LOSS_PENDING, EXITING (over)
 //! ```
-//! Pure: no call into the runtime.
+//! Nothing here calls the runtime.
 
 use openxr::SessionState;
 
 use crate::study::protocol::Event;
 
-/// Where the session stands.
+/// The state of the OpenXR session.
 #[derive(Debug, Clone)]
 pub(super) struct Lifecycle {
     state: SessionState,
     running: bool,
-    /// The headset is worn; true where the runtime cannot say.
+    /// Whether the headset is worn; true where the runtime cannot say.
     worn: bool,
-    /// What the state machine was told last. It begins with both.
+    /// What the session's state machine was told last. It begins with both true.
     told_visible: bool,
     told_focus: bool,
 }
 
-/// What a change of state asks for.
+/// What this program must do at a change of state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Do {
     Nothing,
@@ -32,7 +32,7 @@ pub(super) enum Do {
     End,
     /// The headset or its runtime goes away.
     Lost,
-    /// Somebody closed us from within the headset.
+    /// Somebody closed this program from within the headset.
     Exit,
 }
 
@@ -41,22 +41,22 @@ impl Lifecycle {
         Lifecycle { state: SessionState::UNKNOWN, running: false, worn: true, told_visible: true, told_focus: true }
     }
 
-    /// Frames may be waited for: between `xrBeginSession` and `xrEndSession`.
+    /// Whether frames may be waited for: between `xrBeginSession` and `xrEndSession`.
     pub fn is_running(&self) -> bool {
         self.running
     }
 
-    /// Layers are seen: in other states a frame has none.
+    /// Whether layers are seen; in other states a frame has no layers.
     pub fn is_visible(&self) -> bool {
         self.worn && matches!(self.state, SessionState::VISIBLE | SessionState::FOCUSED)
     }
 
-    /// Actions come to us.
+    /// Whether this program gets the controllers' actions.
     pub fn is_focused(&self) -> bool {
         self.worn && self.state == SessionState::FOCUSED
     }
 
-    /// The runtime reports a state.
+    /// Takes a state that the runtime reports.
     pub fn to(&mut self, state: SessionState) -> Do {
         self.state = state;
         match state {
@@ -80,12 +80,12 @@ impl Lifecycle {
         }
     }
 
-    /// `XR_EXT_user_presence`: put on or taken off.
+    /// Takes a report of `XR_EXT_user_presence`: the headset was put on or taken off.
     pub fn set_worn(&mut self, worn: bool) {
         self.worn = worn;
     }
 
-    /// What the state machine must be told since the last call; visibility first.
+    /// What the session's state machine must be told since the last call; visibility comes first.
     pub fn news(&mut self) -> Vec<Event> {
         let mut out = Vec::new();
         if self.told_visible != self.is_visible() {

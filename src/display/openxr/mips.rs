@@ -1,8 +1,10 @@
-//! Smaller versions of a picture, averaged in linear light: averaging sRGB values would darken every edge.
+//! Smaller versions (mip levels) of a picture, averaged in linear light: averages of sRGB values would darken every
+//! edge.
 
 use std::sync::OnceLock;
 
-/// RGBA bytes (sRGB, opaque or premultiplied), rows from the top, and all of its levels down to one texel.
+/// A picture of RGBA bytes (sRGB, opaque or premultiplied), rows from the top, with all of its levels down to one
+/// texel.
 pub(super) fn chain(width: u32, height: u32, texels: Vec<u8>) -> Vec<Vec<u8>> {
     assert_eq!(texels.len(), (width * height * 4) as usize, "RGBA of {width}×{height}");
     let (mut width, mut height) = (width as usize, height as usize);
@@ -12,7 +14,7 @@ pub(super) fn chain(width: u32, height: u32, texels: Vec<u8>) -> Vec<Vec<u8>> {
         let above = &levels[levels.len() - 1];
         let mut level = Vec::with_capacity(w * h * 4);
         for y in 0..h {
-            // The last row or column of an odd size is taken into the last texel.
+            // The last row or column of an odd size counts for the last texel.
             let rows = y * height / h..((y + 1) * height / h).max(y * height / h + 1);
             for x in 0..w {
                 let columns = x * width / w..((x + 1) * width / w).max(x * width / w + 1);
@@ -37,12 +39,12 @@ pub(super) fn chain(width: u32, height: u32, texels: Vec<u8>) -> Vec<Vec<u8>> {
     levels
 }
 
-/// How many levels [`chain`] gives.
+/// The number of levels that [`chain`] returns.
 pub(super) fn count(width: u32, height: u32) -> u32 {
     32 - width.max(height).leading_zeros()
 }
 
-/// By byte; IEC 61966-2-1.
+/// The linear value of each byte (IEC 61966-2-1).
 fn linear() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
     TABLE.get_or_init(|| {

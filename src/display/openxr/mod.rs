@@ -1,4 +1,4 @@
-//! A headset, through whatever OpenXR runtime is active.
+//! The display of a headset, through whichever OpenXR runtime is active.
 //!
 //! ```text
 //! open: loader → runtime → headset → Vulkan on its terms → session → warm-up frames (rate, eyes)
@@ -6,7 +6,7 @@
 //! wait: events, controllers, operator; else the next frame, with its predicted time on the session's clock
 //! present: xrBeginFrame, the layers of the screen, xrEndFrame
 //! ```
-//! Times are the runtime's predictions (`Trust::Predicted`): OpenXR promises no onset times.
+//! Times are the runtime's predictions (`Trust::Predicted`), because OpenXR does not report when frames appeared.
 
 mod actions;
 mod answer;
@@ -55,10 +55,12 @@ pub use runtime::Runtime;
 /// While no frame is waited for, the runtime's events are polled, and the session is told that nothing is seen, this often.
 const IDLE_POLL: Duration = Duration::from_millis(10);
 const IDLE_NEWS: Duration = Duration::from_millis(100);
-/// A head that leans further breaks the stereo picture; warned of once, and again after it was upright.
+/// A head that leans further than this, degrees, breaks the stereo picture. The operator is warned once, and again
+/// after the head was upright.
 const LEAN_DEG: f32 = 5.0;
 
-/// See the module's documentation. Fields go in this order: what the session owns before the session and its device.
+/// See the module's documentation. Fields are dropped in this order: what the session owns before the session and its
+/// device.
 pub struct OpenXr {
     stage: Option<Stage>,
     actions: Actions,
@@ -72,19 +74,19 @@ pub struct OpenXr {
     operator: Receiver<Key>,
     chooser: Chooser,
     screen: Screen,
-    /// When the reminder came on, for the time that is left.
+    /// When the reminder appeared, from which the time that is left is computed.
     panel_since: Option<Instant>,
     queue: VecDeque<Event>,
     due: Option<Due>,
     poses: Vec<HeadPose>,
-    /// The room's origin moves then, runtime clock.
+    /// The time at which the room's origin moves, on the runtime's clock.
     recentred_at: Option<i64>,
     wants_centre: bool,
     leans: bool,
     idle_since: Instant,
 }
 
-/// What a session will show.
+/// What the coming session will show.
 struct Coming {
     content: Content,
     pairs: BTreeSet<PairKey>,
@@ -125,7 +127,8 @@ impl OpenXr {
         })
     }
 
-    /// What the session that comes can show, and the session clock it goes on from; before [`Display::load`].
+    /// Takes what the coming session can show, and the time at which the session clock goes on; to be called before
+    /// [`Display::load`].
     pub fn begin(&mut self, content: Content, setup: &Setup, start_ns: u64) {
         let mut pairs = BTreeSet::new();
         if content.is_mirrored_pair {
@@ -141,7 +144,7 @@ impl OpenXr {
         self.coming = Some(Coming { content, pairs, start_ns });
     }
 
-    /// How the frames went.
+    /// Statistics of the frames.
     pub fn pace(&self) -> &Pace {
         &self.headset.pace
     }
@@ -155,7 +158,7 @@ impl OpenXr {
         self.clock.now_ns(self.headset.runtime.now_ns())
     }
 
-    /// States, controllers and the operator; what they mean goes into the queue.
+    /// Reads the runtime's states, the controllers and the operator's keys, and queues the events that follow.
     fn listen(&mut self) -> Result<(), DisplayError> {
         for heard in self.headset.poll()? {
             match heard {
@@ -201,7 +204,7 @@ impl OpenXr {
         Ok(())
     }
 
-    /// Waits for the runtime's next frame and looks where head and hands are in it.
+    /// Waits for the runtime's next frame, and finds out where the head and the hands are in it.
     fn next_frame(&mut self) -> Result<Timed, DisplayError> {
         let due = self.headset.wait()?;
         let at_ns = self.clock.at_ns(due.time().as_nanos());
@@ -237,7 +240,7 @@ impl OpenXr {
             return Ok(());
         };
         let mut target = None;
-        // The right hand first; a hand that points elsewhere leaves it to the other.
+        // The right hand comes first. If it points elsewhere, the other hand counts.
         for hand in [1, 0] {
             if target.is_none() {
                 let ray = self.actions.ray(hand, &self.spaces, due.time())?;
@@ -248,7 +251,7 @@ impl OpenXr {
         Ok(())
     }
 
-    /// Seconds left on a panel whose reminder stands.
+    /// Seconds left on a panel that shows its reminder.
     fn time_left_s(&mut self, screen: &Screen) -> Option<u32> {
         let Screen::Panel { reminder, .. } = screen else {
             self.panel_since = None;
@@ -299,7 +302,7 @@ impl Display for OpenXr {
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
         let time_left_s = self.time_left_s(screen);
         if self.screen != *screen {
-            // A panel with another choice is the same panel.
+            // A panel with another choice is still the same panel.
             if std::mem::discriminant(&self.screen) != std::mem::discriminant(screen)
                 || !matches!(screen, Screen::Panel { .. })
             {
@@ -334,7 +337,7 @@ fn info(headset: &Headset, warm_up: &WarmUp) -> DisplayInfo {
     let fov_deg = warm_up.eyes.map(|eye| eye.field_deg());
     let (width_px, height_px) = headset.runtime.eye_px;
     let fov = warm_up.eyes[0].fov;
-    // At the centre of a flat image plane of that many pixels, where stereograms are.
+    // The angle of a pixel at the centre of a flat image of that many pixels, where stereograms are.
     let radians_per_px = f64::from(fov.angle_right.tan() - fov.angle_left.tan()) / f64::from(width_px.max(1));
     let device = headset.gpu.info();
     DisplayInfo {

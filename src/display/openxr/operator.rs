@@ -1,4 +1,4 @@
-//! The operator's keyboard: a letter and Enter on standard input.
+//! The operator's keyboard beside a headset: a letter and Enter on standard input.
 
 use std::sync::mpsc::{Receiver, channel};
 
@@ -10,14 +10,14 @@ use crate::study::protocol::Input;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Key {
     Input(Input),
-    /// Put the pictures where the participant looks now.
+    /// Place the pictures where the participant looks now.
     Recentre,
 }
 
-/// The keys, for people.
+/// The list of keys that the operator reads.
 pub const KEYS: &str = "operator, each with Enter: p pause, c continue, s skip, r centre the view, 1–9 choose, y confirm, n decline, q quit (resume later), abandon, withdraw";
 
-/// Nobody types more.
+/// The most bytes of a line, more than anybody types.
 const LONGEST_LINE: u64 = 4096;
 
 pub(super) fn key(line: &str) -> Option<Key> {
@@ -28,7 +28,7 @@ pub(super) fn key(line: &str) -> Option<Key> {
         "y" => Input::Confirm,
         "n" => Input::Decline,
         "q" => Input::Quit,
-        // Whole words: nobody types them by accident.
+        // These are whole words, so that nobody types them by accident.
         "abandon" => Input::Abandon,
         "withdraw" => Input::Withdraw,
         "r" => return Some(Key::Recentre),
@@ -37,7 +37,7 @@ pub(super) fn key(line: &str) -> Option<Key> {
     Some(Key::Input(input))
 }
 
-/// Listens on a thread of its own; it ends with standard input or with the program.
+/// Listens on a thread of its own, which ends with standard input or with the program.
 pub(super) fn listen() -> Receiver<Key> {
     let (sender, receiver) = channel();
     let hear = move || {
@@ -53,7 +53,7 @@ pub(super) fn listen() -> Receiver<Key> {
             }
         }
     };
-    // Without the thread there is only no keyboard.
+    // Without the thread only the keyboard is missing.
     if let Err(error) = std::thread::Builder::new().name("operator".to_owned()).spawn(hear) {
         tracing::warn!("the operator's keyboard is not heard: {error}");
     }

@@ -1,6 +1,6 @@
-//! How regular frames are, and how much of a period we take.
+//! Measures how regular frames are, and how much of a period this program takes.
 
-/// Rates that headsets have, Hz. A runtime that says 89.97 means 90: phases are counted in nominal frames.
+/// Rates of known headsets, Hz. A runtime that reports 89.97 means 90; phases are counted in nominal frames.
 const KNOWN_HZ: [f64; 10] = [60.0, 72.0, 75.0, 80.0, 90.0, 96.0, 100.0, 120.0, 144.0, 160.0];
 
 /// The nominal rate behind a reported one: a known rate within half a percent, else as reported to 0.01 Hz.
@@ -21,19 +21,20 @@ pub(super) fn regularity(times_ns: &[i64]) -> Option<(f64, f64)> {
     Some((1e9 / mean, (square / (n - 1.0)).sqrt() / 1e6))
 }
 
-/// What is known of the frames given to the runtime.
+/// Statistics of the frames given to the runtime.
 #[derive(Debug, Clone, Default)]
 pub struct Pace {
     /// Frames given to the runtime.
     pub frames: u64,
-    /// Of them with `shouldRender` false, or not visible: no layers.
+    /// Frames among them without layers, because `shouldRender` was false or nothing was visible.
     pub empty: u64,
-    /// Periods that passed without a frame of ours (Σ round(Δ/period) − 1), by predicted display times.
+    /// Periods without a frame of this program (Σ round(Δ/period) − 1), by predicted display times.
     pub missed: u64,
-    /// Of the missed: those while a picture of the study stood.
+    /// Missed periods during which a picture of the study was shown.
     pub missed_in_stimuli: u64,
-    /// Of these: our part of the frame before (from the end of waiting to the end of `xrEndFrame`) took longer than a
-    /// period. (While words are drawn afresh a slow device may miss one; nothing is timed then.)
+    /// Missed periods in stimuli that this program caused: its part of the frame before (from the end of waiting to the
+    /// end of `xrEndFrame`) took longer than a period. (A slow device may miss one while it draws words, but nothing is
+    /// timed then.)
     pub missed_by_us: u64,
     /// From `xrBeginFrame`'s return to the call of `xrEndFrame`, as a share of the period.
     shares: Vec<f32>,
@@ -47,18 +48,18 @@ struct Last {
     is_stimulus: bool,
 }
 
-/// One frame, as it was given to the runtime.
+/// One frame that was given to the runtime.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Given {
-    /// Predicted display time, runtime clock.
+    /// Predicted display time, on the runtime's clock.
     pub at_ns: i64,
     pub period_ns: i64,
     /// From `xrBeginFrame`'s return to the call of `xrEndFrame`.
     pub drawing_ns: u64,
-    /// From `xrWaitFrame`'s return to that of `xrEndFrame`: the session's work is in it.
+    /// From `xrWaitFrame`'s return to that of `xrEndFrame`; this includes the session's work.
     pub ours_ns: u64,
     pub is_empty: bool,
-    /// A picture of the study stands in it.
+    /// Whether the frame shows a picture of the study.
     pub is_stimulus: bool,
 }
 
@@ -81,12 +82,13 @@ impl Pace {
         self.last = Some(Last { at_ns, ours_ns, is_stimulus });
     }
 
-    /// What comes next does not follow on what was (the session stood still).
+    /// Starts anew: the next frame does not follow the last one, because the session stood still.
     pub(super) fn cut(&mut self) {
         self.last = None;
     }
 
-    /// The share of the period that a `part` (0.5: the median, 0.99) of the frames kept within; none without frames.
+    /// The share of the period within which a `part` of the frames was drawn (0.5: the median; 0.99); none without
+    /// frames.
     pub fn share(&self, part: f64) -> Option<f64> {
         let mut sorted = self.shares.clone();
         sorted.sort_by(f32::total_cmp);
@@ -94,7 +96,7 @@ impl Pace {
         Some(f64::from(sorted[(part * last as f64).round() as usize]))
     }
 
-    /// For the operator: one line.
+    /// The statistics in one line, for the operator.
     pub fn sentence(&self) -> String {
         let percent = |part| self.share(part).map_or(0.0, |s| 100.0 * s);
         format!(

@@ -1,4 +1,4 @@
-//! The stimuli as textures: everything uploaded before trial 1, so that a toggle is a change of layer.
+//! Uploads the stimuli as textures before trial 1, so that a toggle is only a change of layer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -10,24 +10,25 @@ use super::runtime::failure;
 use super::texture::Texture;
 use crate::display::{DisplayError, StimulusFiles, memory};
 
-/// A picture of the mirrored pair: reference, test, and whose eye's images (0 left).
+/// A picture of a mirrored pair: reference, test image, and the eye whose images it shows (0 left).
 pub(super) type PairKey = (u32, u32, usize);
 
 /// One uploaded stimulus, still or moving, and its angular size.
 pub(super) struct Shot {
-    /// Frames one after the other, `frames_each` in each texture but the last.
+    /// The frames in order; every texture but the last holds `frames_each` of them.
     textures: Vec<Texture>,
     frames_each: u32,
-    /// Layers of a frame: two for stereo, one for a pair.
+    /// Layers of a frame: two for stereo, one for a mirrored pair.
     layers: u32,
-    /// Degrees; each eye's own for stereo, of the whole for a pair.
+    /// Width, degrees: of each eye's picture for stereo, of the whole for a pair.
     pub width_deg: f64,
     /// Width over height.
     pub aspect: f64,
 }
 
 impl Shot {
-    /// What an eye (0 left) sees of a frame; both eyes see the same of a pair. None: no such frame.
+    /// The texture and the layer that an eye (0 left) sees of a frame; of a pair both eyes see the same. None: there is
+    /// no such frame.
     pub fn picture(&self, frame: u32, eye: u32) -> Option<(&Texture, u32)> {
         let texture = self.textures.get((frame / self.frames_each) as usize)?;
         let layer = (frame % self.frames_each) * self.layers + eye.min(self.layers - 1);
@@ -35,10 +36,10 @@ impl Shot {
     }
 }
 
-/// All of them.
+/// All uploaded stimuli.
 #[derive(Default)]
 pub(super) struct Pictures {
-    /// By stimulus, layer 0 the left eye's; none where pairs are shown.
+    /// Stereo pictures by stimulus, layer 0 for the left eye; empty where pairs are shown.
     pub stereo: Vec<Shot>,
     pub pairs: BTreeMap<PairKey, Shot>,
 }
@@ -46,23 +47,23 @@ pub(super) struct Pictures {
 /// How large pictures may be, degrees.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
-    /// Straight ahead to the nearest edge, both eyes and both sides: left/right, up/down.
+    /// Angles from straight ahead to the nearest edge over both eyes and both sides: left/right, up/down.
     pub half_deg: [f64; 2],
-    /// A flat pair is at most this wide.
+    /// Largest width of a mirrored pair.
     pub quad_deg: f64,
-    /// What stimuli span that do not say it themselves.
+    /// Horizontal field of view of stimuli that do not state their own.
     pub fov_deg: Option<f64>,
 }
 
 impl Room {
-    /// A pair stays within four fifths of the field: beyond, lenses blur.
+    /// Width of a mirrored pair. It stays within four fifths of the field, because lenses blur beyond.
     pub fn pair_deg(&self) -> f64 {
         self.quad_deg.min(0.8 * 2.0 * self.half_deg[0])
     }
 }
 
 impl Pictures {
-    /// Reads and uploads. `pairs` empty: each stimulus in stereo.
+    /// Reads and uploads the stimuli. Without `pairs`, each stimulus is shown in stereo.
     ///
     /// # Errors
     /// A file cannot be read, is larger than the runtime takes, or is wider than the view.
@@ -115,21 +116,21 @@ impl Pictures {
     }
 }
 
-/// One frame, ready to be uploaded.
+/// One frame that is ready to be uploaded.
 struct Frame<'a> {
-    /// For messages.
+    /// The file, for messages.
     path: &'a Path,
     size: (u32, u32),
     /// RGBA bytes of each layer.
     texels: Vec<Vec<u8>>,
 }
 
-/// Bytes of a texture that holds several frames, at the most: a runtime need not give more in one piece.
+/// The most bytes of a texture that holds several frames, because a runtime need not give more in one piece.
 const TEXTURE_BYTES: usize = 1 << 28;
-/// Layers of a texture, at the most; Vulkan promises 256.
+/// The most layers of a texture; Vulkan guarantees 256.
 const TEXTURE_LAYERS: usize = 128;
 
-/// Uploads the frames of a stimulus as they are read: no more than one texture's are in memory at a time.
+/// Uploads the frames of a stimulus as they are read: at most the frames of one texture are in memory at a time.
 fn upload<'a>(
     headset: &Headset,
     frames: usize,
@@ -174,7 +175,7 @@ fn upload<'a>(
 fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Result<(), DisplayError> {
     let height_deg = super::place::vertical_deg(width_deg, aspect);
     let [across, upward] = room.half_deg.map(|half| 2.0 * half);
-    // A tenth of a degree is a pixel or two.
+    // A tenth of a degree more is allowed: it is one or two pixels.
     if width_deg <= across + 0.1 && height_deg <= upward + 0.1 {
         return Ok(());
     }
@@ -209,7 +210,8 @@ impl Eyes {
     }
 }
 
-/// Left as it is, right turned about its vertical axis, no gap: the axis is the line where they meet.
+/// Places the left picture as it is and the right one mirrored about its vertical axis, without a gap: they meet at the
+/// axis.
 fn side_by_side(left: &[u8], right: &[u8], width: usize) -> Vec<u8> {
     let mut out = Vec::with_capacity(left.len() + right.len());
     for (l, r) in left.chunks_exact(4 * width).zip(right.chunks_exact(4 * width)) {
@@ -219,7 +221,7 @@ fn side_by_side(left: &[u8], right: &[u8], width: usize) -> Vec<u8> {
     out
 }
 
-/// Which layer an eye sees, and who is to see it.
+/// Each eye's layer, with its visibility in OpenXR.
 pub(super) const EYES: [(u32, xr::EyeVisibility); 2] = [(0, xr::EyeVisibility::LEFT), (1, xr::EyeVisibility::RIGHT)];
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
-//! Where pictures stand in the room: poses and angles only.
+//! Computes where pictures are placed in the room, from poses and angles alone.
 //!
-//! Parallel cameras put infinity at the same place in both images. Each eye's image therefore stands centred on that
-//! eye's own axis, straight ahead: both on one shared quad at distance D would show depth Z at Z·D/(Z + D). The
-//! distance of the quads from each other is then the viewer's own between the eyes, never more, and perceived depth
-//! scales with it over the one the stimuli were rendered with (both are in the journal).
+//! Parallel cameras show infinity at the same place in both images. Each eye's image is therefore centred on that eye's
+//! own axis, straight ahead. With both images on one shared quad at distance D, depth Z would appear at Z·D/(Z + D).
+//! The two quads are as far apart as the viewer's own eyes, never further. Perceived depth scales with the ratio of
+//! that distance to the one that the stimuli were rendered with (both are in the journal).
 
 use glam::{Quat, Vec3};
 use openxr as xr;
 
-/// Distance of every quad, metres. With one quad an eye it has no meaning but for the vergence of what both eyes see:
-/// the panel, the fixation cross, the flat pair.
+/// Distance of every quad, metres. With one quad for each eye it matters only for the vergence on what both eyes see:
+/// the panel, the fixation cross, the mirrored pair.
 pub(super) const SCREEN_M: f32 = 2.0;
 
 /// Position (metres) and orientation.
@@ -35,7 +35,8 @@ impl Pose {
         }
     }
 
-    /// `self` after `inner`: a pose in our space, seen in the space we are in.
+    /// Applies `self` after `inner`: turns a pose in the space of `self` into a pose in the space in which `self` is
+    /// given.
     pub fn then(self, inner: Pose) -> Pose {
         Pose {
             position: self.position + self.orientation * inner.position,
@@ -49,12 +50,12 @@ impl Pose {
     }
 }
 
-/// The head upright, where the participant looked when the view was last centred.
+/// The pose of an upright head that looks where the participant looked when the view was last centred.
 ///
-/// Only the turn about the vertical is taken over: a quad must not lean because a head did.
+/// Only the turn about the vertical axis is taken over, because a quad must not lean when the head did.
 pub(super) fn upright(head: Pose) -> Pose {
     let forward = head.orientation * Vec3::NEG_Z;
-    // Straight up or down there is no direction left; the right-hand side still has one.
+    // A view straight up or down has no horizontal direction, but the head's right-hand side still has one.
     let yaw = if forward.x.hypot(forward.z) > 1e-3 {
         (-forward.x).atan2(-forward.z)
     } else {
@@ -69,12 +70,12 @@ pub(super) fn roll_deg(head: Pose) -> f32 {
     (head.orientation * Vec3::X).y.clamp(-1.0, 1.0).asin().to_degrees()
 }
 
-/// A picture's place straight ahead of a point of the head (`from`, metres in the head's own axes).
+/// The pose of a picture straight ahead of a point of the head (`from`, metres in the head's own axes).
 pub(super) fn ahead(from: Vec3, distance_m: f32) -> Pose {
     Pose { position: from + Vec3::new(0.0, 0.0, -distance_m), orientation: Quat::IDENTITY }
 }
 
-/// Width and height at a distance of a picture that spans `horizontal_deg`, metres.
+/// Width and height, metres, of a picture that spans `horizontal_deg` at this distance.
 pub(super) fn size_m(horizontal_deg: f64, aspect: f64, distance_m: f32) -> (f32, f32) {
     let width = 2.0 * f64::from(distance_m) * (horizontal_deg.to_radians() / 2.0).tan();
     (width as f32, (width / aspect) as f32)
@@ -85,8 +86,8 @@ pub(super) fn vertical_deg(horizontal_deg: f64, aspect: f64) -> f64 {
     2.0 * ((horizontal_deg.to_radians() / 2.0).tan() / aspect).atan().to_degrees()
 }
 
-/// Left, right, up, down: how far an eye sees from straight ahead (not from the middle of its display, which may be
-/// turned outwards), degrees, all positive.
+/// How far an eye sees to the left, right, up and down, degrees, all positive. The angles begin straight ahead, not at
+/// the middle of the eye's display, which may be turned outwards.
 pub(super) fn field_deg(eye_in_head: Quat, fov: xr::Fovf) -> [f64; 4] {
     let edge = |x: f32, y: f32| eye_in_head * Vec3::new(x, y, -1.0);
     let across = |d: Vec3| f64::from(d.x.atan2(-d.z)).to_degrees();
@@ -99,11 +100,11 @@ pub(super) fn field_deg(eye_in_head: Quat, fov: xr::Fovf) -> [f64; 4] {
     ]
 }
 
-/// Where a ray meets a quad: right and down from its upper left corner, each 0 to 1 within it.
+/// The point where a ray meets a quad: to the right and down from the quad's upper left corner, each 0 to 1.
 pub(super) fn meets(ray: Pose, quad: Pose, size_m: (f32, f32)) -> Option<[f32; 2]> {
     let local = quad.inverse().then(ray);
     let direction = local.orientation * Vec3::NEG_Z;
-    // From the front only.
+    // Only rays from the front count.
     if direction.z >= -1e-6 || local.position.z <= 0.0 {
         return None;
     }
@@ -132,7 +133,7 @@ mod tests {
         let forward = Vec3::new(-0.7f32.sin(), 0.0, -0.7f32.cos());
         let right = Vec3::new(0.7f32.cos(), 0.0, -0.7f32.sin());
         close(eyes[0].position, head.position - 0.0315 * right + SCREEN_M * forward);
-        // Facing back: the quad's front is towards the eye.
+        // The quad faces back: its front is towards the eye.
         close(eyes[0].orientation * Vec3::Z, -forward);
     }
 
@@ -142,7 +143,7 @@ mod tests {
         assert!(roll_deg(Pose { position: Vec3::ZERO, orientation: turned }).abs() < 1e-4);
         let lean = turned * Quat::from_rotation_z(0.2);
         let degrees = roll_deg(Pose { position: Vec3::ZERO, orientation: lean });
-        // asin(sin(0.2)·cos(0.4)): less than the turn where the head also nods.
+        // asin(sin(0.2)·cos(0.4)) is less than the turn, because the head also nods.
         assert!((degrees - (0.2f32.sin() * 0.4f32.cos()).asin().to_degrees()).abs() < 1e-3, "{degrees}");
     }
 
@@ -153,7 +154,7 @@ mod tests {
         for (is, should) in straight.iter().zip([0.8f64, 0.8, 0.7, 0.6]) {
             assert!((is - should.to_degrees()).abs() < 1e-4, "{straight:?}");
         }
-        // The left display turned 0.1 to the left.
+        // The left display is turned by 0.1 to the left.
         let canted = field_deg(Quat::from_rotation_y(0.1), fov);
         assert!((canted[0] - 0.9f64.to_degrees()).abs() < 1e-3 && (canted[1] - 0.7f64.to_degrees()).abs() < 1e-3);
     }

@@ -1,6 +1,6 @@
-//! What loaders and runtimes print on standard error while they are being asked, kept off the terminal.
+//! Keeps what loaders and runtimes print on standard error off the terminal.
 
-/// Runs `asks`; what lands on standard error meanwhile goes to the log (`RUST_LOG=debug` shows it).
+/// Runs `asks`. What is printed to standard error meanwhile goes to the log (`RUST_LOG=debug` shows it).
 #[cfg(unix)]
 pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
     use std::io::{Read as _, Seek as _};
@@ -26,7 +26,7 @@ pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
     answer
 }
 
-/// A file that nobody else sees and that goes with its last descriptor.
+/// A file that no other program sees, and that is gone with its last descriptor.
 #[cfg(unix)]
 fn unnamed_file() -> Option<std::fs::File> {
     let path = std::env::temp_dir().join(format!("cyclopean-openxr-{}", std::process::id()));
@@ -35,7 +35,7 @@ fn unnamed_file() -> Option<std::fs::File> {
     Some(file)
 }
 
-/// Elsewhere they print.
+/// On other systems it is printed.
 #[cfg(not(unix))]
 pub(super) fn quietly<T>(asks: impl FnOnce() -> T) -> T {
     asks()

@@ -1,4 +1,4 @@
-//! Loader, runtime, system: what must be there before a headset can be asked for anything.
+//! Finds the loader, the runtime and the system (headset), which must be there before anything else can be asked.
 //!
 //! OpenXR 1.0, sections 4 (instance) and 5 (system).
 
@@ -23,15 +23,15 @@ pub struct Runtime {
     pub(super) eye_px: (u32, u32),
 }
 
-/// The two views of every headset.
+/// The view configuration with two views, one for each eye.
 pub(super) const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
-/// What was wrong, as a display's failure.
+/// The error of this display, with what was wrong.
 pub(super) fn failure(what: impl Into<String>) -> DisplayError {
     DisplayError { display: "openxr", what: what.into() }
 }
 
-/// Names the call in the error.
+/// Names the failed call in the error.
 pub(super) trait Said<T> {
     fn said(self, call: &'static str) -> Result<T, DisplayError>;
 }
@@ -58,7 +58,8 @@ impl Runtime {
     /// Asks the loader for the active runtime, and the runtime for a headset.
     ///
     /// # Errors
-    /// One sentence that names what is missing. What loader and runtime print meanwhile is kept off the terminal.
+    /// One sentence that names what is missing. What the loader and the runtime print meanwhile is kept off the
+    /// terminal.
     pub fn open() -> Result<Runtime, DisplayError> {
         quietly(Runtime::find)
     }
@@ -130,7 +131,7 @@ impl Runtime {
         })
     }
 
-    /// The runtime's clock now; none where it cannot be asked.
+    /// The time of the runtime's clock now; none where it cannot be asked.
     pub(super) fn now_ns(&self) -> Option<i64> {
         #[cfg(windows)]
         let asked = self.instance.exts().khr_win32_convert_performance_counter_time.is_some();

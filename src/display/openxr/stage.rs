@@ -1,4 +1,4 @@
-//! What stands in the room: pictures, boards and the ground, and the layers each screen is made of.
+//! Everything that is placed in the room: pictures, boards and the background; and the layers of each screen.
 
 use std::collections::BTreeSet;
 
@@ -16,37 +16,37 @@ use crate::display::panel::{Drawn, Panel, View};
 use crate::display::{DisplayError, StimulusFiles};
 use crate::study::protocol::Screen;
 
-/// The ground is this far away and wide, metres: beyond every field of view, fixed to the head.
+/// Distance and width of the background, metres. It reaches beyond every field of view and is fixed to the head.
 const GROUND: (f32, f32) = (10.0, 80.0);
 
-/// Everything uploaded.
+/// Everything that was uploaded for a session.
 pub(super) struct Stage {
     pub content: Content,
     pictures: Pictures,
-    /// The study's grey, behind everything; none where it is black.
+    /// The study's grey background behind everything; none where it is black.
     ground: Option<Texture>,
     blank: Board,
     page: Board,
     pen: Panel,
-    /// Stereograms have a board and a pen of their own: their dots are the display's pixels.
+    /// The board and the pen of stereograms, whose dots are the display's pixels.
     dots: Option<(Board, Panel)>,
-    /// `A`, `B` and the mark of a pilot, over a stimulus.
+    /// The signs over a stimulus: `A`, `B`, and the mark of a session that is not real.
     signs: Vec<Sign>,
     eyes: [EyeView; 2],
-    /// The head, upright, when the view was last centred.
+    /// The pose of the head, made upright, when the view was last centred.
     home: Option<Pose>,
 }
 
-/// A board over a stimulus, drawn once.
+/// A board over a stimulus that is drawn once.
 struct Sign {
     show: Shown,
     board: Board,
-    /// Up from straight ahead, metres.
+    /// Height above straight ahead, metres.
     up_m: f32,
 }
 
 impl Stage {
-    /// Uploads everything a session can show. `pairs` empty: stimuli in stereo.
+    /// Uploads everything that a session can show. Without `pairs`, stimuli are shown in stereo.
     pub fn new(
         headset: &Headset,
         content: Content,
@@ -84,12 +84,12 @@ impl Stage {
         Ok(stage)
     }
 
-    /// Letters stand below the largest picture; a mark stands round it.
+    /// Makes the signs: letters are below the largest picture, a mark is around it.
     fn make_signs(&mut self, headset: &Headset, size: Size, half_deg: [f64; 2]) -> Result<(), DisplayError> {
         let stills = self.pictures.stereo.iter().chain(self.pictures.pairs.values());
         let spans = stills.map(|s| [s.width_deg, place::vertical_deg(s.width_deg, s.aspect)]);
         let [width, height] = spans.fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        // Two and a half degrees below the picture, or as low as is seen.
+        // The letters are two and a half degrees below the picture, or as low as can be seen.
         let below_deg = (height / 2.0 + 2.5).min(half_deg[1] - 2.0);
         let below_m = SCREEN_M * (below_deg.to_radians().tan() as f32);
         for show in [Shown::Stimulus, Shown::A, Shown::B] {
@@ -118,18 +118,18 @@ impl Stage {
         Ok(())
     }
 
-    /// Puts everything straight ahead of this head, upright.
+    /// Places everything straight ahead of this head, as if it were upright.
     pub fn centre(&mut self, head: Pose, eyes: [EyeView; 2]) {
         self.home = Some(place::upright(head));
         self.eyes = eyes;
     }
 
-    /// The participant was never seen yet.
+    /// Whether the view was centred, that is, whether the head was ever tracked.
     pub fn is_placed(&self) -> bool {
         self.home.is_some()
     }
 
-    /// The board that people answer on, and where it stands in the room.
+    /// The board that people answer on, and its pose in the room.
     pub fn board(&self, screen: &Screen) -> Option<(&Board, Pose)> {
         let board = match screen {
             Screen::Dots(_) => &self.dots.as_ref()?.0,
@@ -144,7 +144,7 @@ impl Stage {
         self.board(screen).map(|(board, _)| board.drawn())
     }
 
-    /// Draws the words of a screen, unless they stand there already.
+    /// Draws the words of a screen, unless they are drawn already.
     pub fn prepare(&mut self, headset: &Headset, view: View) -> Result<(), DisplayError> {
         match &view.screen {
             Screen::Stimulus { .. } | Screen::Blank => Ok(()),
@@ -156,7 +156,7 @@ impl Stage {
         }
     }
 
-    /// The layers of a screen, from the ground up.
+    /// Adds the layers of a screen, from the background forwards.
     pub fn layers<'a>(&'a self, screen: &Screen, spaces: &'a Spaces, out: &mut Layers<'a>) -> Result<(), DisplayError> {
         let Some(home) = self.home else { return Ok(()) };
         if let Some(ground) = &self.ground {
@@ -196,7 +196,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Where stimuli are fixed: in the room as the view was centred, or to the head.
+    /// The space and pose in which stimuli are fixed: in the room, as the view was centred, or to the head.
     fn anchor<'a>(&self, home: Pose, spaces: &'a Spaces) -> (&'a xr::Space, Pose) {
         match self.content.geometry {
             Geometry::HeadLocked => (&spaces.head, Pose::IDENTITY),
@@ -204,7 +204,7 @@ impl Stage {
         }
     }
 
-    /// Both eyes see one flat picture at zero disparity. None: there is no such frame.
+    /// Adds a mirrored pair: both eyes see one flat picture at zero disparity. None: there is no such frame.
     fn pair<'a>(&self, shot: &'a Shot, frame: u32, home: Pose, spaces: &'a Spaces, out: &mut Layers<'a>) -> Option<()> {
         let (space, from) = self.anchor(home, spaces);
         let pose = from.then(place::ahead(Vec3::ZERO, SCREEN_M));
@@ -214,7 +214,7 @@ impl Stage {
         Some(())
     }
 
-    /// Each eye sees its own picture, centred on its own axis. None: there is no such frame.
+    /// Adds a stereo picture: each eye sees its own, centred on its own axis. None: there is no such frame.
     fn stereo<'a>(
         &self,
         shot: &'a Shot,
@@ -248,7 +248,7 @@ impl Stage {
     }
 }
 
-/// Straight ahead to the nearest edge of either eye's view: sideways, and up or down; degrees.
+/// Angles from straight ahead to the nearest edge of either eye's view: sideways, and up or down; degrees.
 pub(super) fn half_field_deg(eyes: &[EyeView; 2]) -> [f64; 2] {
     let fields = eyes.map(|e| e.field_deg());
     let least = |i: usize, j: usize| fields.iter().flat_map(|f| [f[i], f[j]]).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Swapchains: pictures that the compositor reads.
+//! Textures in OpenXR swapchains, which the compositor reads.
 
 use std::rc::Rc;
 
@@ -10,12 +10,12 @@ use super::runtime::{Said, failure};
 use crate::display::DisplayError;
 use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
-/// What every swapchain of ours holds: bytes are display values.
+/// The format of every swapchain; its bytes are display values.
 pub(super) const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-/// A picture that the compositor shows; layers are eyes where it has two.
+/// A picture that the compositor shows. A texture with two layers has one for each eye.
 pub(super) struct Texture {
-    // The images are the swapchain's own and go with it.
+    // The swapchain owns the images, and they end with it.
     images: Vec<Image>,
     swapchain: xr::Swapchain<xr::Vulkan>,
     width: u32,
@@ -23,13 +23,13 @@ pub(super) struct Texture {
     layers: u32,
 }
 
-/// Size and life of a texture.
+/// Size of a texture, and whether it changes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
     pub width: u32,
     pub height: u32,
     pub layers: u32,
-    /// Written once; has smaller levels.
+    /// Whether it is written only once; it then has smaller levels.
     pub is_still: bool,
 }
 
@@ -38,7 +38,7 @@ pub(super) fn from_gpu(error: GpuError) -> DisplayError {
 }
 
 impl Texture {
-    /// Content undefined.
+    /// Makes a texture with undefined content.
     pub fn new(session: &xr::Session<xr::Vulkan>, gpu: &Rc<Gpu>, shape: Shape) -> Result<Texture, DisplayError> {
         let Shape { width, height, layers, is_still } = shape;
         let mip_count = if is_still { mips::count(width, height) } else { 1 };
@@ -69,7 +69,7 @@ impl Texture {
         Ok(Texture { images: raw.into_iter().map(lend).collect(), swapchain, width, height, layers })
     }
 
-    /// A still: `layers[l]` are the RGBA bytes of layer l. Written once, with its smaller levels.
+    /// Makes a still picture: `layers[l]` are the RGBA bytes of layer l. It is written once, with its smaller levels.
     pub fn still(
         session: &xr::Session<xr::Vulkan>,
         gpu: &Rc<Gpu>,
@@ -92,7 +92,7 @@ impl Texture {
         Ok(texture)
     }
 
-    /// Records into the next image, submits, waits, and gives it to the compositor.
+    /// Records commands that write the next image, submits them, waits, and gives the image to the compositor.
     pub fn write(&mut self, gpu: &Rc<Gpu>, record: impl FnOnce(&mut Frame, &Image)) -> Result<(), DisplayError> {
         let index = self.swapchain.acquire_image().said("xrAcquireSwapchainImage")?;
         self.swapchain.wait_image(xr::Duration::INFINITE).said("xrWaitSwapchainImage")?;
@@ -105,17 +105,17 @@ impl Texture {
         self.swapchain.release_image().said("xrReleaseSwapchainImage")
     }
 
-    /// Pixels.
+    /// Width and height, pixels.
     pub fn extent(&self) -> (u32, u32) {
         (self.width, self.height)
     }
 
-    /// How many layers it has.
+    /// The number of layers.
     pub fn layers(&self) -> u32 {
         self.layers
     }
 
-    /// The whole of one layer.
+    /// The part of the swapchain that is the whole of one layer.
     pub fn layer(&self, layer: u32) -> xr::SwapchainSubImage<'_, xr::Vulkan> {
         let extent = xr::Extent2Di { width: self.width as i32, height: self.height as i32 };
         xr::SwapchainSubImage::new()

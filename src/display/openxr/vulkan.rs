@@ -1,4 +1,5 @@
-//! Vulkan on the runtime's terms: instance, physical device and device by `XR_KHR_vulkan_enable2` (OpenXR 12.20).
+//! Makes the Vulkan instance, physical device and device as the runtime demands, by `XR_KHR_vulkan_enable2` (OpenXR
+//! 12.20).
 
 use ash::vk::{self, Handle as _};
 use openxr as xr;
@@ -6,7 +7,7 @@ use openxr as xr;
 use super::runtime::Runtime;
 use crate::gpu::{Creator, GpuError};
 
-/// The runtime's own failure, in the words of the GPU layer.
+/// Turns a failure of the runtime into an error of the GPU layer.
 fn refused(call: &'static str) -> impl Fn(xr::sys::Result) -> GpuError {
     move |result| GpuError::Runtime { call, result: format!("{result:?}") }
 }
@@ -24,7 +25,7 @@ impl Creator for Runtime {
         entry: &ash::Entry,
         info: &vk::InstanceCreateInfo<'_>,
     ) -> Result<ash::Instance, GpuError> {
-        // The specification wants the requirements asked for before anything is made.
+        // The specification demands that the requirements are asked for before anything is made.
         let needs = self.instance.graphics_requirements::<xr::Vulkan>(self.system);
         let needs = needs.map_err(refused("xrGetVulkanGraphicsRequirements2KHR"))?;
         if needs.min_api_version_supported > xr::Version::new(1, 3, 0) {

@@ -1,7 +1,8 @@
-//! The operator's window beside a headset: what is shown, how far the session is, whether time is kept, and keys.
+//! The operator's window beside a headset. It shows what the participant sees, the progress of the session and its
+//! timing, and takes the operator's keys.
 //!
-//! It lives on a thread and a device of its own, so that nothing it does can delay a frame of the participant's. One
-//! program has one such window, and none beside a desktop window: the window system gives a program one loop of events.
+//! It has a thread and a device of its own, so that it cannot delay the participant's frames. One program has one such
+//! window, and none beside a desktop window, because the window system gives a program only one event loop.
 
 mod window;
 
@@ -13,21 +14,21 @@ use super::content::Content;
 use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
 use crate::study::protocol::{Event, Input, Screen};
 
-/// What the window is told.
+/// What the session tells the window.
 #[derive(Debug, Clone)]
 enum Told {
     Stimuli(Vec<StimulusFiles>),
     Seen(Box<Seen>),
 }
 
-/// How a session stands.
+/// The state of a session.
 #[derive(Debug, Clone)]
 struct Seen {
     screen: Screen,
     health: Health,
 }
 
-/// Timing since the session began, and whether somebody looks.
+/// Timing since the session began, and whether the participant looks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Health {
     frames: u64,
@@ -63,7 +64,7 @@ impl Health {
     }
 }
 
-/// How often the window hears of the session.
+/// How often the window is told about the session.
 const EVERY: Duration = Duration::from_millis(100);
 
 /// A display with the operator's window beside it.
@@ -78,11 +79,11 @@ pub struct Mirrored<D> {
 }
 
 impl<D: Display> Mirrored<D> {
-    /// Opens the window; without one the session goes on, which is said.
+    /// Opens the window. If that fails, the session goes on without it, and a warning says so.
     pub fn new(display: D, content: &Content) -> Mirrored<D> {
         let (tell, told) = channel();
         let (does, inputs) = channel();
-        // Stereograms are large and nothing to look at.
+        // Stereograms are large, and the operator does not need to see them.
         let content = Content { dots: Vec::new(), ..content.clone() };
         let thread = std::thread::Builder::new().name("operator".to_owned()).spawn(move || {
             if let Err(error) = window::run(&content, &told, &does) {
@@ -100,7 +101,7 @@ impl<D: Display> Mirrored<D> {
         }
     }
 
-    /// The display beside which it stands.
+    /// The display that the window belongs to.
     pub fn display(&self) -> &D {
         &self.display
     }
@@ -137,7 +138,7 @@ impl<D: Display> Display for Mirrored<D> {
 
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
         self.display.present(screen)?;
-        // The window shows the first frame of what moves.
+        // Of moving stimuli the window shows the first frame.
         let screen = screen.first_frame();
         if screen != self.seen.screen || self.told.elapsed() > EVERY {
             self.seen.screen = screen;
@@ -154,7 +155,7 @@ impl<D: Display> Display for Mirrored<D> {
 
 impl<D> Drop for Mirrored<D> {
     fn drop(&mut self) {
-        // The thread sees that nobody tells it anything any more.
+        // The thread ends when nobody sends to it any more.
         self.window = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

@@ -17,9 +17,9 @@ use ash::vk;
 
 const KEYS: &str = "P pause   C continue   R repeat   S skip   N note   Q close (resume later)   Ctrl+Shift+A give up";
 const SIZE: (u32, u32) = (960, 600);
-/// Linear value of the ground, display value 128.
+/// Linear value of the background, display value 128.
 const GROUND: f32 = 0.21586;
-/// Between two looks at the session.
+/// Time between two looks at the session.
 const REST: Duration = Duration::from_millis(50);
 
 struct Window<'a> {
@@ -28,7 +28,7 @@ struct Window<'a> {
     /// Index and picture of the stimulus that was looked at last.
     still: Option<(u32, Image)>,
     seen: Option<Seen>,
-    /// What is being typed.
+    /// The note that is being typed.
     note: Option<String>,
     is_closed: bool,
     words: Option<Image>,
@@ -36,10 +36,10 @@ struct Window<'a> {
     stage: Stage,
 }
 
-/// Shows what it is told and says what the operator does, until nobody listens.
+/// Shows what it is told, and sends what the operator does, until the session ends or the window is closed.
 ///
 /// # Errors
-/// There is no window, or it is lost.
+/// No window can be opened, or it was lost.
 pub(super) fn run(content: &Content, told: &Receiver<Told>, does: &Sender<Input>) -> Result<(), StageError> {
     let options = DesktopOptions {
         mode: Mode::LeftEye,
@@ -142,7 +142,7 @@ impl Window<'_> {
         None
     }
 
-    /// What the participant is at, in words; never a method's name.
+    /// What the participant is doing, in words; it never names a method.
     fn says(&self) -> String {
         let Some(Seen { screen, .. }) = &self.seen else { return "The session begins.".to_owned() };
         let progress = |presentation: u32| match self.content.presentations.get(presentation as usize) {
@@ -226,7 +226,7 @@ impl Window<'_> {
         Ok(())
     }
 
-    /// The left eye's picture, small; none where it cannot be read, which the session has found out before.
+    /// A small version of the left eye's picture; none where it cannot be read, which the session has reported before.
     fn thumbnail(&self, stimulus: u32) -> Option<Image> {
         let files = self.stimuli.get(stimulus as usize)?;
         let sbs = crate::picture::read_png(files.first()).ok()?;

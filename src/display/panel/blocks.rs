@@ -1,4 +1,4 @@
-//! What a page is stacked from: texts, gaps, rows and columns of buttons, a stereogram.
+//! The blocks that pages are made of: texts, gaps, rows and columns of buttons, a stereogram.
 
 use std::sync::Arc;
 
@@ -12,15 +12,15 @@ use crate::study::protocol::Input;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
     Plain,
-    /// The choice that is made, or the way on.
+    /// For the choice that was made, or the button that goes on.
     Strong,
-    /// Written only: a way that few go.
+    /// Only text, for a button that few people need.
     Quiet,
-    /// Cannot be used yet.
+    /// For a button that cannot be used yet.
     Off,
 }
 
-/// Where a button says its key.
+/// Where a button shows its key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum KeyAt {
     Below,
@@ -29,31 +29,32 @@ pub(super) enum KeyAt {
 
 pub(super) struct Button {
     pub text: Arc<Galley>,
-    /// What to press, small: below the words, or before them.
+    /// The key to press, in small letters, below the words or before them.
     pub key: Option<(Arc<Galley>, KeyAt)>,
     pub input: Input,
     pub look: Look,
 }
 
 pub(super) enum Block {
-    /// Centred about the middle, or set flush left in a column of this width.
+    /// Centred, or flush left in a column of this width.
     Text {
         galley: Arc<Galley>,
         column: Option<f32>,
     },
     Gap(f32),
-    /// Side by side; of this width each, or as wide as its words; centred, or flush left in a column of a width.
+    /// Buttons side by side; each of this width, or as wide as its words; centred, or flush left in a column of this
+    /// width.
     Row {
         buttons: Vec<Button>,
         each: Option<f32>,
         column: Option<f32>,
     },
-    /// One below the other, all of this width.
+    /// Buttons below each other, all of this width.
     Column {
         buttons: Vec<Button>,
         each: f32,
     },
-    /// A stereogram, its four corners to be chosen.
+    /// A stereogram, whose four corners can be chosen.
     Dots {
         size: f32,
         texture: egui::TextureId,
@@ -61,19 +62,19 @@ pub(super) enum Block {
     },
 }
 
-/// Where and with what blocks are drawn.
+/// What blocks are drawn with, and where.
 pub(super) struct Brush<'a> {
     pub painter: &'a egui::Painter,
     pub ink: Ink,
     pub em: f32,
-    /// Middle of the image.
+    /// Horizontal middle of the image.
     pub middle_x: f32,
     pub hover: Option<usize>,
     pub targets: Vec<Target>,
 }
 
 impl Brush<'_> {
-    /// Text of a colour, wrapped; centred lines or flush left.
+    /// Lays out wrapped text of a colour, with centred lines or flush left.
     pub fn text(&self, text: &str, size: f32, color: Color32, wrap: f32, align: Align) -> Arc<Galley> {
         let font = FontId::proportional((size * self.em).round());
         let mut job = egui::text::LayoutJob::simple(text.to_owned(), font, color, wrap);
@@ -188,10 +189,10 @@ impl Brush<'_> {
     }
 
     fn dots(&mut self, y: f32, size: f32, texture: egui::TextureId, corners: &[Button]) {
-        // Whole pixels: a dot is a display pixel.
+        // The place is rounded to whole pixels, because a dot is a display pixel.
         let at = pos2((self.middle_x - size / 2.0).round(), (y + 0.3 * self.em).round());
         let rect = Rect::from_min_size(at, Vec2::splat(size));
-        // A frame that both eyes see alike holds the eyes together.
+        // A frame that both eyes see alike helps to keep the eyes' views fused.
         let frame = Stroke::new((0.12 * self.em).max(2.0), self.ink.text);
         self.painter.rect_stroke(rect.expand(0.25 * self.em), CornerRadius::ZERO, frame, StrokeKind::Outside);
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
@@ -213,7 +214,7 @@ impl Brush<'_> {
     }
 }
 
-/// Height that the key takes below the words.
+/// Height of the key below a button's words.
 fn key_below(button: &Button) -> f32 {
     match &button.key {
         Some((galley, KeyAt::Below)) => galley.size().y,
@@ -221,7 +222,7 @@ fn key_below(button: &Button) -> f32 {
     }
 }
 
-/// Centres a text that was laid out about its middle.
+/// Places a text, whose lines are centred, around a point.
 fn place(painter: &egui::Painter, galley: &Arc<Galley>, middle: Pos2) {
     let y = middle.y - galley.size().y / 2.0;
     painter.galley(pos2(middle.x.round(), y.round()), Arc::clone(galley), Color32::PLACEHOLDER);

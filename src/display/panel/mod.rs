@@ -1,7 +1,9 @@
-//! Pages, questions and the rating panel as pictures: laid out with egui, drawn into an image once per change.
+//! Draws pages, questions and the rating panel: they are laid out with egui and drawn into an image, once for each
+//! change.
 //!
-//! One picture an eye (layer 0 left, 1 right); they differ in stereograms alone. Layout is ours, in ems that follow
-//! from pixels per degree; egui shapes the text and makes the triangles, `egui-ash-renderer` draws them.
+//! There is one picture for each eye (layer 0 left, 1 right); they differ only for stereograms. The layout is this
+//! program's, in ems that follow from the pixels per degree. egui shapes the text and makes the triangles, and
+//! `egui-ash-renderer` draws them.
 
 mod blocks;
 mod note;
@@ -21,13 +23,13 @@ use crate::study::protocol::{Input, Screen};
 pub use note::{Corner, Note};
 pub use style::em_px;
 
-/// What is drawn: a screen, and where the viewer is with it.
+/// What is drawn: a screen, and the target that the viewer has reached.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     pub screen: Screen,
-    /// The target that a pointer is on, or that a thumbstick or the Tab key has reached.
+    /// The target that a pointer is on, or that was reached by a thumbstick or the Tab key.
     pub hover: Option<usize>,
-    /// Said on a panel whose reminder stands; see [`Content::time_left_s`].
+    /// Seconds that are left, for a panel that shows its reminder; see [`Content::time_left_s`].
     pub time_left_s: Option<u32>,
     /// Centre of the letter `A` or `B` of a stimulus, pixels; none: the middle of the image.
     pub label_at: Option<[f32; 2]>,
@@ -42,18 +44,18 @@ impl View {
 /// Something that can be pointed at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// Left, top, right, bottom, pixels of the image.
+    /// Left, top, right and bottom edge, pixels of the image.
     pub rect: [f32; 4],
     pub input: Input,
 }
 
-/// What a picture offers.
+/// What can be pointed at in a picture, and how it was drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
     pub targets: Vec<Target>,
-    /// Of the size that px-per-degree asks for; below 1 where the words did not fit otherwise.
+    /// Scale of the words; 1 is the size for the pixels per degree, and it is smaller where the words would not fit.
     pub scale: f32,
-    /// The eyes' pictures differ.
+    /// Whether the eyes' pictures differ.
     pub is_stereo: bool,
 }
 
@@ -63,13 +65,13 @@ impl Drawn {
         self.targets.iter().position(|t| (t.rect[0]..t.rect[2]).contains(&x) && (t.rect[1]..t.rect[3]).contains(&y))
     }
 
-    /// What choosing a target means.
+    /// The input that choosing a target means.
     pub fn input(&self, target: usize) -> Option<Input> {
         self.targets.get(target).map(|t| t.input.clone())
     }
 }
 
-/// What a layer is drawn from, with the changes of egui's textures that come with it.
+/// The triangles of one layer, with the changes of egui's textures that they need.
 #[derive(Default)]
 struct Laid {
     primitives: Vec<egui::ClippedPrimitive>,
@@ -77,25 +79,25 @@ struct Laid {
     free: Vec<egui::TextureId>,
 }
 
-/// Draws views. Owners last: the renderer goes before the device.
+/// Draws views. Fields are dropped in this order, so the renderer goes before the device.
 pub struct Panel {
     context: egui::Context,
     px_per_degree: f32,
     shows_keys: bool,
     dot_px: usize,
-    /// Left and right stereogram, kept while their screen is.
+    /// The left and right images of a stereogram, kept while its screen is shown.
     dots: Option<(usize, [egui::TextureHandle; 2])>,
     renderer: Renderer<GpuAllocator>,
     uploads: UploadPool,
     gpu: Rc<Gpu>,
 }
 
-/// Bytes are display values: copy them to an sRGB swapchain, or blit to any.
+/// The format of the images. The bytes are display values: copy them to an sRGB swapchain, or blit them to any.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
 impl Panel {
-    /// `px_per_degree`: of the images to come, at their centre. `font`: see [`Content::font`]. `shows_keys`: each
-    /// choice says its key, for keyboards.
+    /// `px_per_degree`: pixels per degree at the centre of the images to come. `font`: see [`Content::font`].
+    /// `shows_keys`: each choice shows its key, for keyboards.
     ///
     /// # Errors
     /// What Vulkan said.
@@ -107,7 +109,7 @@ impl Panel {
             depth_attachment_format: None,
             stencil_attachment_format: None,
         });
-        // One vertex buffer an eye, drawn in the same submission.
+        // There is one vertex buffer for each eye, drawn in the same submission.
         let options = Options { in_flight_frames: 2, srgb_framebuffer: true, ..Options::default() };
         let renderer =
             Renderer::with_gpu_allocator(gpu.allocator(), gpu.device().clone(), mode, options).map_err(failed)?;
@@ -115,7 +117,7 @@ impl Panel {
         Ok(Panel { context, px_per_degree, shows_keys, dot_px: 1, dots: None, renderer, uploads, gpu: Rc::clone(gpu) })
     }
 
-    /// A stereogram's dot is so many pixels wide and high.
+    /// Sets how many pixels wide and high a stereogram's dot is.
     pub fn set_dot_px(&mut self, dot_px: usize) {
         (self.dot_px, self.dots) = (dot_px.max(1), None);
     }
@@ -123,13 +125,13 @@ impl Panel {
     /// An image that [`Panel::draw`] can draw into.
     ///
     /// # Errors
-    /// No memory for it.
+    /// There is no memory for it.
     pub fn image(&self, width: u32, height: u32) -> Result<Image, GpuError> {
         Image::new(&self.gpu, "panel", ImageDesc::stereo_target(width, height, FORMAT))
     }
 
-    /// Draws both eyes' pictures and waits for them. Pages, items, dots, panels and the blank frame are opaque; a
-    /// stimulus leaves everything transparent (premultiplied) but its letter and the mark.
+    /// Draws both eyes' pictures and waits for them. Pages, items, dots, panels and the blank frame are opaque. For a
+    /// stimulus, everything is transparent (premultiplied) except its letter and the mark.
     ///
     /// # Errors
     /// What Vulkan said.
@@ -151,7 +153,7 @@ impl Panel {
         Ok(drawn)
     }
 
-    /// Draws plain notes, the left eye's and the right eye's. `clear`: linear, premultiplied.
+    /// Draws plain notes: the left eye's and the right eye's. `clear`: linear, premultiplied.
     ///
     /// # Errors
     /// What Vulkan said.
@@ -161,7 +163,7 @@ impl Panel {
         self.fill(into, clear, laid)
     }
 
-    /// Shapes become triangles for an image of this size.
+    /// Turns shapes into triangles for an image of this size.
     fn lay_out<T>(&self, into: &Image, draw: impl FnOnce(egui::Painter, egui::Vec2) -> T) -> (T, Laid) {
         let (width, height) = into.extent();
         let size = egui::vec2(width as f32, height as f32);
@@ -172,7 +174,7 @@ impl Panel {
         });
         let drawn = draw(self.context.layer_painter(egui::LayerId::background()), size);
         let mut output = self.context.end_pass();
-        // Taken out of their type, which takes being dropped unapplied for a bug.
+        // The changes are taken out of egui's type, which reports a bug when it is dropped with changes left.
         let laid = Laid {
             set: std::mem::take(&mut output.textures_delta.set).into_iter().map(|(id, d)| (id, d.into_vec())).collect(),
             free: std::mem::take(&mut output.textures_delta.free).into_iter().collect(),
@@ -181,7 +183,7 @@ impl Panel {
         (drawn, laid)
     }
 
-    /// Both layers of an image.
+    /// Draws both layers of an image.
     fn fill(&mut self, into: &Image, clear: [f32; 4], eyes: [Laid; 2]) -> Result<(), GpuError> {
         let queue = self.gpu.queue().0;
         for (id, changes) in eyes.iter().flat_map(|laid| &laid.set) {
@@ -203,7 +205,7 @@ impl Panel {
         Ok(())
     }
 
-    /// The stereogram's textures while it is shown, none otherwise.
+    /// Keeps the stereogram's textures while it is shown, and drops them otherwise.
     fn keep_dots(&mut self, content: &Content, screen: &Screen) {
         let Screen::Dots(at) = *screen else {
             self.dots = None;
@@ -214,7 +216,7 @@ impl Panel {
         }
         self.dots = content.dots.get(at).map(|dots| {
             let texture = |eye: usize| {
-                // Enlarged here: the renderer's own sampler would smooth.
+                // The dots are enlarged here, because the renderer's own sampler would smooth them.
                 let (n, side) = (self.dot_px, self.dot_px * dots.size);
                 let texel = |i: usize| dots.eyes[eye][i / side / n * dots.size + i % side / n];
                 let bytes: Vec<u8> = (0..side * side).map(texel).collect();

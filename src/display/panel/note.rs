@@ -1,10 +1,10 @@
-//! Words and bars at a place: what operators read, and what displays are tested with.
+//! Words and bars at given places: for operators, and for tests of displays.
 
 use egui::{Align2, Color32, CornerRadius, FontId, Painter, Rect, pos2, vec2};
 
 use super::style::Ink;
 
-/// From where a note is placed.
+/// The point of a note that is placed at its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
     UpperLeft,
@@ -12,12 +12,12 @@ pub enum Corner {
     Middle,
 }
 
-/// Something to be drawn.
+/// A note to be drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Note {
-    /// Lines on a plate; `at`: pixels; `size`: ems.
+    /// Lines of text on a plate; `at`: pixels; `size`: ems.
     Text { text: String, at: [f32; 2], corner: Corner, size: f32 },
-    /// Left, top, width, height, pixels; a grey as it is displayed.
+    /// A bar: left, top, width, height, pixels; its grey is a display value.
     Bar { rect: [f32; 4], grey: u8 },
 }
 

@@ -1,4 +1,4 @@
-//! Each screen as a stack of blocks, made as large as fits.
+//! Lays out each screen as a stack of blocks, as large as fits.
 
 use egui::{Align, Align2, CornerRadius, FontId, Rect, Stroke, StrokeKind, Vec2, pos2, vec2};
 
@@ -9,12 +9,12 @@ use crate::display::content::{Content, Words};
 use crate::study::protocol::{Input, Screen};
 use cyclopean_analysis::journal::record::Shown;
 
-/// One picture to be laid out.
+/// One picture that is laid out.
 pub(super) struct Sheet<'a> {
     pub painter: egui::Painter,
     pub content: &'a Content,
     pub view: &'a View,
-    /// Pixels.
+    /// Size of the picture, pixels.
     pub size: Vec2,
     pub px_per_degree: f32,
     pub shows_keys: bool,
@@ -23,7 +23,7 @@ pub(super) struct Sheet<'a> {
     pub dots: Option<egui::TextureId>,
 }
 
-/// Smaller than this nobody can read it; whatever does not fit then is cut off.
+/// Smallest scale; text that is smaller cannot be read. What does not fit even then is cut off.
 const SMALLEST: f32 = 0.35;
 
 impl Sheet<'_> {
@@ -32,14 +32,14 @@ impl Sheet<'_> {
         let mut scale = 1.0;
         let mut brush = self.brush(ink, scale);
         let mut blocks = self.blocks(&brush);
-        // Above and below there is room for the footer and the mark.
+        // There is room for the footer and the mark above and below.
         while !self.fits(&brush, &blocks) && scale > SMALLEST {
             scale *= 0.95;
             brush = self.brush(ink, scale);
             blocks = self.blocks(&brush);
         }
         let height: f32 = blocks.iter().map(|b| brush.height(b)).sum();
-        // A little above the middle, where the eye expects it.
+        // The blocks are a little above the middle, where the eye expects them.
         let mut y = (0.48 * (self.size.y - height)).max(1.2 * brush.em);
         for block in &blocks {
             brush.draw(block, y);
@@ -84,7 +84,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Wraps at what can be read with ease, or at what there is.
+    /// The width at which lines are wrapped: one that reads well, or as much as there is.
     fn line(&self, brush: &Brush<'_>) -> f32 {
         (30.0 * brush.em).min(self.size.x - 4.0 * brush.em)
     }
@@ -92,7 +92,7 @@ impl Sheet<'_> {
     fn page(&self, brush: &Brush<'_>, page: &crate::display::content::PageText) -> Vec<Block> {
         let (ink, wrap) = (brush.ink, self.line(brush));
         let body = brush.text(&page.body, 1.0, ink.text, wrap, Align::LEFT);
-        // Short words stand in the middle, a text stands flush left in its column.
+        // Short words are centred; a longer text is flush left in its column.
         let is_short = body.rows.len() <= 1;
         let mut blocks = Vec::new();
         let mut add = |text: &str, size: f32, color| {
@@ -170,7 +170,7 @@ impl Sheet<'_> {
         let n = self.content.choices.len().max(1) as f32;
         let room = self.size.x - 3.0 * em - 0.6 * em * (n - 1.0);
         let longest = self.content.choices.iter().flat_map(|c| c.split_whitespace()).map(|w| w.chars().count()).max();
-        // No word is broken: the longest one decides what is too narrow.
+        // No word is broken, so the longest one decides which width is too narrow.
         let narrow = (0.62 * longest.unwrap_or(1) as f32 + 1.6) * em;
         let each = (room / n).min(9.0 * em);
         let look = |i: u32| if chosen == Some(i) { Look::Strong } else { Look::Plain };
@@ -191,7 +191,7 @@ impl Sheet<'_> {
                 format!("{}\n{}", words.reminder, words.time_left.replace("{seconds}", &left.to_string()))
             }
         };
-        // Room for the reminder is there from the start: nothing moves when it comes.
+        // There is room for the reminder from the start, so that nothing moves when it appears.
         let said = brush.text(&said, 0.9, ink.text, wrap, Align::Center);
         let gap = (2.6 * em - said.size().y).max(0.0);
         let look = if chosen.is_some() { Look::Strong } else { Look::Off };
@@ -208,7 +208,7 @@ impl Sheet<'_> {
         ]
     }
 
-    /// The choice of number `i` in a button of this width.
+    /// The button for choice number `i`, of this width.
     fn choice(&self, brush: &Brush<'_>, text: &str, i: u32, look: Look, each: f32, key_at: KeyAt) -> Button {
         let color = self.color(brush, look);
         let key = |i: u32| brush.text(&(i + 1).to_string(), 0.75, color, f32::INFINITY, Align::Center);
@@ -236,7 +236,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Where one is: the number of the item, or of the presentation.
+    /// The progress in words: the number of the item or of the presentation.
     fn footer(&self) -> Option<String> {
         let words = &self.content.words;
         match &self.view.screen {
@@ -252,7 +252,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// The cross, the letter of a stimulus, and the mark of what is not a real session.
+    /// Draws the fixation cross, the letter of a stimulus, and the mark of a session that is not real.
     fn signs(&self, brush: &Brush<'_>) {
         let middle = pos2(self.size.x / 2.0, self.size.y / 2.0);
         match &self.view.screen {

@@ -1,16 +1,16 @@
-//! Sizes and colours of everything written.
+//! Sizes, fonts and colours of all words.
 
 use std::sync::Arc;
 
 use egui::{Color32, FontData, FontDefinitions, FontFamily};
 
-/// Pixels of an em. At 20 px/degree pixels limit legibility: 26 px give an x-height of 13 px, which is 0.65°. At a
-/// desk the eye does: 0.55° an em are 8 mm at 80 cm.
+/// Pixels per em. At 20 px/degree the pixels limit legibility: 26 px give an x-height of 13 px, which is 0.65°. At a
+/// desk the eye limits it: 0.55° per em are 8 mm at 80 cm.
 pub fn em_px(px_per_degree: f32) -> f32 {
     (0.55 * px_per_degree).max(26.0)
 }
 
-/// egui's fonts, with one more in front for letters they lack.
+/// egui's fonts, with another one in front for letters that they lack.
 pub(super) fn fonts(more: Option<&[u8]>) -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     let family = fonts.families.entry(FontFamily::Proportional).or_default();
@@ -26,7 +26,7 @@ pub(super) fn fonts(more: Option<&[u8]>) -> FontDefinitions {
     fonts
 }
 
-/// Colours on a ground of this grey; all text is at least 4.5 : 1 against what it stands on.
+/// Colours on a background of this grey; the contrast of all text to what it stands on is at least 4.5 : 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ink {
     pub text: Color32,
@@ -36,7 +36,7 @@ pub(super) struct Ink {
     pub button: Color32,
     pub hovered: Color32,
     pub on_button: Color32,
-    /// The choice that is made, and the way on.
+    /// The choice that was made, and the button that goes on.
     pub strong: Color32,
     pub strong_hovered: Color32,
     pub on_strong: Color32,

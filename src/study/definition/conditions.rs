@@ -1,18 +1,18 @@
-//! What is compared, and in which order it is shown.
+//! The conditions of a study file, and the order in which they are shown.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is compared: factors crossed, or conditions listed; one of the two.
+/// The conditions that are compared: either factors to cross, or a list of conditions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Conditions {
-    /// Every combination of these levels, the first factor slowest.
+    /// Every combination of these levels; the first factor varies slowest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cross: Option<Cross>,
-    /// These and no other.
+    /// Exactly these conditions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub list: Option<Vec<ConditionSpec>>,
 }
@@ -23,21 +23,21 @@ pub struct Conditions {
 pub struct Cross {
     /// Scenes.
     pub scene: Vec<String>,
-    /// Views; none: each scene's first.
+    /// Views; none: the first view of each scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub view: Vec<String>,
-    /// Paths of the head, which make the stimuli move; none: stills.
+    /// Paths of the head, which make the stimuli move; none: the stimuli are stills.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub path: Vec<String>,
-    /// Eyes (`mirrored-pair` only).
+    /// Eyes whose images are shown (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub eye: Vec<EyeName>,
     /// Methods.
     pub method: Vec<String>,
-    /// What each is compared with (`compare` only).
+    /// Methods that each method is compared with (`compare` only).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other: Vec<String>,
-    /// What both are compared to (`mirrored-pair` only).
+    /// The method of the reference that is shown beside both (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
 }
@@ -46,9 +46,9 @@ pub struct Cross {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum EyeName {
-    /// The left.
+    /// The left eye's image.
     Left,
-    /// The right.
+    /// The right eye's image.
     Right,
 }
 
@@ -70,19 +70,19 @@ pub struct ConditionSpec {
     /// View name; none: the scene's first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<String>,
-    /// The path that the head follows, one of the scene's or of those that every scene has (`still`, `sway`, `cut`); the
+    /// The path that the head follows: one of the scene's, or one that every scene has (`still`, `sway`, `cut`). The
     /// stimulus moves at the path's own rate. None: a still.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// Which eye's image (`mirrored-pair` only).
+    /// The eye whose image is shown (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eye: Option<EyeName>,
     /// Method name, `NAME` or `NAME@samples`.
     pub method: String,
-    /// The method it is compared with (`compare` only).
+    /// The method that it is compared with (`compare` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other: Option<String>,
-    /// The method both are compared to (`mirrored-pair` only).
+    /// The method of the reference that is shown beside both (`mirrored-pair` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
 }
@@ -110,19 +110,19 @@ impl ConditionSpec {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CatchTrial {
-    /// What is shown; `compare`: `other` equal to `method` shows one image twice.
+    /// What is shown. With `compare`, an `other` that equals `method` shows one image twice.
     pub show: ConditionSpec,
-    /// Ratings that pass.
+    /// Ratings with which the catch trial is passed.
     pub passes: Vec<i32>,
 }
 
-/// In which order the conditions are shown.
+/// The order in which the conditions are shown.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OrderSpec {
-    /// The design.
+    /// The design of the order.
     pub kind: OrderKind,
-    /// `blocked`: conditions that agree in this factor stay together.
+    /// For `blocked`: conditions with the same level of this factor stay together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block_by: Option<String>,
 }
@@ -139,11 +139,11 @@ impl Default for OrderSpec {
 pub enum OrderKind {
     /// A random order for each participant.
     Random,
-    /// Williams: balanced for first-order carry-over; n rows for even n, 2n for odd.
+    /// Williams' design, balanced for first-order carry-over; it has n rows for even n, 2n for odd n.
     LatinSquare,
-    /// As in the file, for all.
+    /// The order of the file, for every participant.
     Fixed,
-    /// Blocks in random order, conditions in random order within a block.
+    /// Blocks in random order, and conditions in random order within each block.
     Blocked,
 }
 

@@ -1,4 +1,5 @@
-//! The study file: everything that is fixed before the first participant. Unknown keys are refused.
+//! The study file: everything that is fixed before the first participant. Unknown keys are refused. `validate` reads
+//! it.
 
 mod conditions;
 mod people;
@@ -19,82 +20,83 @@ pub use presentation::{Blank, Breaks, Layout, Panel, SegmentSpec, Stimuli, Task,
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Definition {
-    /// Version of this file's form: 1.
+    /// Version of this file's format: 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: u32,
-    /// Names the study's folder: lower-case letters, digits and `-`, 1 to 40, beginning with a letter.
+    /// The study's identifier, which also names its folder: 1 to 40 lower-case letters, digits and `-`, beginning with
+    /// a letter.
     pub id: String,
-    /// For people.
+    /// The title that people read.
     pub title: String,
-    /// Of pages, questionnaires and buttons: `en`, `de`, `fr`, `zh`, or a file beside this one (`my.json`, in the form
-    /// of those in `languages/`). The study's own texts stand as they are written.
+    /// Language of pages, questionnaires and buttons: `en`, `de`, `fr`, `zh`, or a file beside this one (`my.json`, in
+    /// the form of those in `languages/`). The study's own texts are shown as they are written.
     #[serde(default = "english", skip_serializing_if = "is_english")]
     pub language: String,
-    /// Root of every random stream of the study. Written in JSON, so at most 2⁵³ − 1.
+    /// Seed of every random stream of the study. JSON limits it to 2⁵³ − 1.
     #[schemars(range(min = 0, max = 9007199254740991u64))]
     pub seed: u64,
     /// How many participants are planned.
     #[schemars(range(min = 1, max = 100000))]
     pub participants: u32,
-    /// What is asked of a presentation.
+    /// The task of each presentation.
     pub task: Task,
-    /// How the stimuli stand on the display.
+    /// How the stimuli are laid out on the display.
     #[serde(default)]
     pub layout: Layout,
-    /// How the stimuli stand before a head that moves (headsets only).
+    /// How the stimuli are placed when the head moves (headsets only).
     #[serde(default, skip_serializing_if = "is_world")]
     pub geometry: Geometry,
-    /// Shown before the practice presentations.
+    /// Text that is shown before the practice presentations.
     pub instructions: String,
-    /// Shown first; without agreement there is no session. None: nobody is asked (dry runs).
+    /// Text that is shown first; without agreement there is no session. None: nobody is asked (dry runs).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consent: Option<ConsentText>,
     /// The question on the panel.
     pub question: String,
-    /// The words of the choices, in the order of the panel. `compare`: A, same, B.
+    /// The words of the choices, in the order of the panel. For `compare`: A, same, B.
     pub labels: Vec<String>,
-    /// `rate`: the rating of each label, rising.
+    /// For `rate`: the rating of each label, rising.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scale: Vec<i32>,
-    /// `compare`: the rating for each side.
+    /// For `compare`: the rating for each side.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preference: Option<PreferenceValues>,
     /// What is shown in one presentation, in order.
     pub protocol: Vec<SegmentSpec>,
-    /// Between every two presentations, and between a presentation and its panel.
+    /// The blank frame between every two presentations, and between a presentation and its panel.
     #[serde(default)]
     pub blank: Blank,
-    /// The panel's patience.
+    /// How long the panel waits for an answer.
     #[serde(default)]
     pub panel: Panel,
     /// How the stimuli are rendered.
     #[serde(default)]
     pub stimuli: Stimuli,
-    /// What is compared.
+    /// The conditions that are compared.
     pub conditions: Conditions,
     /// How often each condition is shown.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 1000))]
     pub repetitions: u32,
-    /// Shown first, in this order, never analysed.
+    /// Presentations that are shown first, in this order, and never analysed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub practice: Vec<ConditionSpec>,
-    /// Presentations whose answer says whether the participant attends.
+    /// Presentations whose answers show whether the participant attends.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub catch_trials: Vec<CatchTrial>,
-    /// In which order.
+    /// The order in which the conditions are shown.
     #[serde(default)]
     pub order: OrderSpec,
     /// When a break is offered.
     #[serde(default)]
     pub breaks: Breaks,
-    /// Who can take part.
+    /// The test of stereo vision that decides who can take part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub screening: Option<Screening>,
-    /// Asked before and after.
+    /// Questionnaires before and after the presentations.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub questionnaires: Vec<Questionnaire>,
-    /// Keep where the head was at each frame, from the consent on, in a file beside the journal, where the display
+    /// Record the pose of the head at each frame, from the consent on, in a file beside the journal, where the display
     /// tracks heads. Motion identifies people: say so in the consent.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub head_poses: bool,
@@ -104,7 +106,7 @@ pub struct Definition {
     /// How simulated observers answer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<Simulation>,
-    /// What will be computed.
+    /// The analysis that will be computed.
     #[serde(default = "plain_analysis")]
     pub analysis: AnalysisPlan,
 }

@@ -6,24 +6,25 @@ use cyclopean_analysis::journal::record::Shown;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is asked of a presentation.
+/// The task of a presentation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {
-    /// One stimulus, a step of a scale.
+    /// Rate one stimulus by a step of a scale.
     Rate,
-    /// Two stimuli in turn, A, same or B.
+    /// Compare two stimuli that are shown in turn: A, same or B.
     Compare,
 }
 
-/// How the stimuli stand on the display.
+/// How the stimuli are laid out on the display.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
     /// Each eye sees its own image.
     #[default]
     Stereo,
-    /// Both eyes see one flat picture: left the reference, right the test image mirrored about its vertical axis.
+    /// Both eyes see one flat picture: the reference at the left, and at the right the test image mirrored about its
+    /// vertical axis.
     MirroredPair,
 }
 
@@ -33,7 +34,7 @@ pub enum Layout {
 pub struct SegmentSpec {
     /// `stimulus` in a rating, `a` or `b` in a comparison, `blank` in both.
     pub show: Shown,
-    /// Shown for round(seconds × nominal refresh rate) frames.
+    /// Duration, seconds; it is shown for round(seconds × nominal refresh rate) frames.
     #[schemars(range(min = 0.05, max = 3600))]
     pub seconds: f64,
 }
@@ -42,13 +43,13 @@ pub struct SegmentSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Blank {
-    /// 0: none.
+    /// Duration of the blank frame, seconds; 0: there is none.
     #[schemars(range(min = 0, max = 60))]
     pub seconds: f64,
-    /// Displayed value (not linear), 0 black ..= 1 white.
+    /// Its grey as a displayed (not linear) value, 0 black ..= 1 white.
     #[schemars(range(min = 0, max = 1))]
     pub grey: f64,
-    /// A cross at screen depth.
+    /// Whether it shows a fixation cross at screen depth.
     pub fixation: bool,
 }
 
@@ -58,14 +59,14 @@ impl Default for Blank {
     }
 }
 
-/// The panel's patience. It never answers by itself.
+/// How long the panel waits. It never answers by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Panel {
-    /// Then it reminds.
+    /// Seconds until the panel reminds the participant.
     #[schemars(range(min = 1, max = 3600))]
     pub reminder_seconds: f64,
-    /// Then the session pauses.
+    /// Seconds until the session pauses.
     #[schemars(range(min = 1, max = 3600))]
     pub pause_seconds: f64,
 }
@@ -80,41 +81,41 @@ impl Default for Panel {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stimuli {
-    /// Pixels per eye.
+    /// Width of each eye's image, pixels.
     #[schemars(range(min = 16, max = 16384))]
     pub width_px: u32,
-    /// Pixels per eye.
+    /// Height of each eye's image, pixels.
     #[schemars(range(min = 16, max = 16384))]
     pub height_px: u32,
-    /// Distance between the eyes, metres, the same for all.
+    /// Distance between the eyes, metres, the same for all participants.
     #[schemars(range(min = 0.02, max = 0.12))]
     pub ipd_m: f64,
     /// Horizontal field of view per eye, degrees; none: the view's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 10, max = 140))]
     pub horizontal_fov_deg: Option<f64>,
-    /// On a flat display or quad: at most this wide, degrees.
+    /// Largest width of a stimulus on a flat display or quad, degrees.
     #[schemars(range(min = 5, max = 100))]
     pub quad_deg: f64,
-    /// Of the renderer's samples.
+    /// Seed of the renderer's samples.
     #[schemars(range(min = 0, max = 9007199254740991u64))]
     pub seed: u64,
-    /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing; none: 2 where graphics hardware
-    /// renders, 1 in software.
+    /// Samples along a side of each pixel, for surfaces and their light; 1: no antialiasing; none: 2 where graphics
+    /// hardware renders, 1 in software.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 4))]
     pub antialias: Option<u32>,
-    /// Lights cast shadows.
+    /// Whether lights cast shadows.
     #[serde(skip_serializing_if = "is_true")]
     pub shadows: bool,
-    /// Indirect diffuse light, gathered once a scene, instead of the environment's.
+    /// Whether indirect diffuse light, gathered once for each scene, is used instead of the environment's.
     #[serde(skip_serializing_if = "is_false")]
     pub indirect: bool,
-    /// Method of ambient occlusion, `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`; none, or `none`: nothing occludes
-    /// ambient light.
+    /// Method of ambient occlusion: `mono`, `fsa`, `variant1`, `variant2` or `ray-traced`. Without a method, or with
+    /// `none`, nothing occludes ambient light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ao: Option<String>,
-    /// Method → samples a pixel; a method's own default where it is not named, or written `NAME@N`.
+    /// Method → samples per pixel. A method that is not listed here, nor written `NAME@N`, has its own default.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub samples: BTreeMap<String, u32>,
 }
@@ -149,11 +150,11 @@ pub(in crate::study) fn yes() -> bool {
     true
 }
 
-/// When a break is offered; it ends when the participant says so.
+/// When a break is offered. It ends when the participant goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Breaks {
-    /// Minutes since the last one; 0: never.
+    /// Minutes since the last break; 0: there are no breaks.
     #[schemars(range(min = 0, max = 240))]
     pub every_minutes: f64,
 }
@@ -168,25 +169,25 @@ impl Default for Breaks {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Validity {
-    /// Focus, visibility or drawing lost for longer, in all, milliseconds.
+    /// It does not count when focus, visibility or drawing was lost for longer than this in all, milliseconds.
     #[schemars(range(min = 0, max = 60000))]
     pub lost_ms: f64,
-    /// One interval between frames is longer, milliseconds.
+    /// It does not count when one interval between frames is longer than this, milliseconds.
     #[schemars(range(min = 1, max = 60000))]
     pub gap_ms: f64,
-    /// The duration is off by more, percent.
+    /// It does not count when its duration is off by more than this, percent.
     #[schemars(range(min = 0.01, max = 100))]
     pub duration_percent: f64,
-    /// A toggle is off by more than this and than `toggle_ms`, frames.
+    /// It does not count when a toggle is off by more than this and by more than `toggle_ms`, frames.
     #[schemars(range(min = 0, max = 1000))]
     pub toggle_frames: f64,
-    /// A toggle is off by more than this and than `toggle_frames`, milliseconds.
+    /// It does not count when a toggle is off by more than this and by more than `toggle_frames`, milliseconds.
     #[schemars(range(min = 0, max = 60000))]
     pub toggle_ms: f64,
-    /// More of the frames of a moving stimulus that were due were never displayed, percent.
+    /// It does not count when more of the frames of a moving stimulus that were due were never displayed, percent.
     #[schemars(range(min = 0, max = 100))]
     pub skipped_percent: f64,
-    /// How often an invalid presentation is repeated; then it is missing.
+    /// How often an invalid presentation is repeated; after that it counts as missing.
     #[schemars(range(min = 0, max = 10))]
     pub repeats: u32,
 }

@@ -1,4 +1,5 @@
-//! Frames come: phases are counted, and what follows begins with the frame after their last.
+//! Display frames as events. The frames of a phase are counted; the next phase begins with the frame after its last
+//! one.
 
 use cyclopean_analysis::journal::record::{Record, Shown};
 
@@ -8,7 +9,8 @@ use super::timing::{FrameRun, Timing};
 use super::{Action, Screen};
 
 impl Machine {
-    /// Runs longer than promised are cut where something happens, at even intervals.
+    /// Divides a run of frames, which may be longer than was announced, wherever something happens; the frames are
+    /// taken to be at even intervals.
     pub(super) fn split(&mut self, count: u64, first_ns: u64, last_ns: u64, out: &mut Vec<Action>) {
         let span = u128::from(last_ns.saturating_sub(first_ns));
         let at = |i: u64| first_ns + (span * u128::from(i) / u128::from(count.max(2) - 1)) as u64;
@@ -56,7 +58,7 @@ impl Machine {
         }
     }
 
-    /// A frame that is the first of what follows changes the state before it is counted.
+    /// Changes the state if this frame is the first of the next phase. This happens before the frame is counted.
     pub(super) fn pass_deadline(&mut self, at_ns: u64, steps: u64, out: &mut Vec<Action>) {
         let over = |clock: &Clock| clock.is_over(steps);
         match &mut self.state {
@@ -77,7 +79,7 @@ impl Machine {
                     self.pause(at_ns, "no-answer", out);
                 } else {
                     *reminded = true;
-                    // Counted on from the panel's first frame.
+                    // The count goes on from the panel's first frame.
                     clock.asked = self.setup.pause_frames.max(clock.asked + 1);
                     let chosen = *chosen;
                     self.show_panel(chosen, true, out);
@@ -94,7 +96,7 @@ impl Machine {
         out.push(Action::Show(stimulus_screen(&self.setup, current, spec.show, 0)));
     }
 
-    /// A film is under way in this segment, so that coming frames change what is shown.
+    /// Whether a film is running in this segment, so that coming frames change what is shown.
     pub(super) fn plays(&self, segment: usize, timing: &Timing) -> bool {
         let film = self.current.and_then(|c| self.setup.film_of(c.presentation, self.setup.segments[segment].show));
         film.is_some_and(|film| !timing.film_is_over(segment, film))
@@ -130,7 +132,7 @@ impl Machine {
     }
 }
 
-/// What stands while a segment is shown.
+/// The screen that is shown during a segment.
 fn stimulus_screen(setup: &Setup, current: Current, show: Shown, frame: u32) -> Screen {
     let Current { presentation, attempt, .. } = current;
     match setup.stimulus(presentation, show) {

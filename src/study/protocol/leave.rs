@@ -1,4 +1,4 @@
-//! Ways out: pause, skip, and the end.
+//! The ways out of a state: pause, skip, repeat, and the end of the session.
 
 use cyclopean_analysis::journal::record::{End, Interrupted, Missing, Outcome, Pause, Purpose, Record, Skip};
 
@@ -6,7 +6,7 @@ use super::machine::{AfterBlank, Clock, Current, Machine, State, UNSEEN_PAUSE_NS
 use super::{Action, Page, Screen};
 
 impl Machine {
-    /// Cuts off the attempt that is under way, if there is one; it will come again first.
+    /// Cuts off the attempt that is under way, if there is one. Its presentation will be the next to be shown.
     pub(super) fn interrupt(&mut self, reason: &str, out: &mut Vec<Action>) {
         if let Some(Current { presentation, attempt, .. }) = self.current.take() {
             self.queue.interrupted(presentation);
@@ -16,7 +16,7 @@ impl Machine {
     }
 
     pub(super) fn pause(&mut self, now_ns: u64, reason: &str, out: &mut Vec<Action>) {
-        // What was seen whole can still be judged; what was cut off cannot.
+        // A stimulus that was seen as a whole can still be judged. One that was cut off cannot.
         let judged = matches!(self.state, State::Panel { .. } | State::Blank { then: AfterBlank::Panel, .. });
         if !judged {
             self.interrupt("pause", out);
@@ -27,7 +27,7 @@ impl Machine {
         out.push(Action::Show(Screen::Page(Page::Paused)));
     }
 
-    /// Pauses what runs by itself when nobody has seen it for long; texts and questions wait anyway.
+    /// Pauses a state that goes on by itself when nobody has looked for long. Texts and questions wait anyway.
     pub(super) fn watch(&mut self, now_ns: u64, out: &mut Vec<Action>) {
         if self.focus && self.visible {
             self.unseen_since_ns = None;
@@ -62,7 +62,7 @@ impl Machine {
     pub(super) fn skip(&mut self, now_ns: u64, out: &mut Vec<Action>) {
         let write = |phase: &str| Action::Write(Record::Skip(Skip { phase: phase.to_owned() }));
         match self.state {
-            // Nobody can consent for somebody else.
+            // The operator cannot skip the consent: nobody can consent for somebody else.
             State::Page(Page::Consent) | State::Fresh | State::Paused { .. } | State::Over => {}
             State::Page(page) => {
                 out.push(write(page.phase()));
@@ -88,7 +88,7 @@ impl Machine {
         }
     }
 
-    /// The attempt that is under way is cut off and comes again as a new one.
+    /// Cuts off the attempt that is under way; its presentation is shown again as a new attempt.
     pub(super) fn repeat(&mut self, now_ns: u64, out: &mut Vec<Action>) {
         let is_under_way = matches!(self.state, State::Blank { .. } | State::Showing { .. } | State::Panel { .. });
         if is_under_way && self.current.is_some() {

@@ -1,4 +1,4 @@
-//! The states and what each event does to them.
+//! The states of a session, and what each event does to them.
 
 use cyclopean_analysis::journal::record::Film;
 
@@ -7,12 +7,12 @@ use super::setup::{Setup, Stage};
 use super::timing::{FrameRun, Timing};
 use super::{Action, Event, Page};
 
-/// Where a session stands.
+/// The state of a session.
 #[derive(Debug, Clone)]
 pub(super) enum State {
     /// Nothing was shown yet.
     Fresh,
-    /// A text waits for the participant.
+    /// A page of text waits for the participant.
     Page(Page),
     /// An item of a questionnaire waits for an answer.
     Item(usize),
@@ -22,9 +22,9 @@ pub(super) enum State {
     Blank { clock: Clock, then: AfterBlank },
     /// A segment of the stimulus is on the display.
     Showing { clock: Clock, segment: usize, timing: Timing },
-    /// The panel waits for an answer; the clock runs to its next reminder or pause.
+    /// The panel waits for an answer. The clock runs to its next reminder or pause.
     Panel { clock: Clock, opened_ns: u64, chosen: Option<u32>, changes: u32, reminded: bool },
-    /// The session stands still; then it goes on there.
+    /// The session is paused; afterwards it goes on with `then`.
     Paused { since_ns: u64, then: Box<State> },
     /// Nothing more happens.
     Over,
@@ -40,7 +40,7 @@ pub(super) enum AfterBlank {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
     pub(super) asked: u64,
-    /// None before its first frame.
+    /// Periods since the first frame; none before it.
     pub(super) elapsed: Option<u64>,
 }
 
@@ -49,12 +49,12 @@ impl Clock {
         Clock { asked, elapsed: None }
     }
 
-    /// Frames that cannot be the first of what follows.
+    /// Number of coming frames that certainly belong to this phase.
     pub(super) fn idle(&self) -> u64 {
         self.elapsed.map_or(self.asked, |e| self.asked.saturating_sub(e + 1))
     }
 
-    /// A frame that comes `steps` periods after the last belongs to what follows.
+    /// Whether a frame that comes `steps` periods after the last one belongs to the next phase.
     pub(super) fn is_over(&self, steps: u64) -> bool {
         self.elapsed.is_some_and(|e| e + steps >= self.asked)
     }
@@ -84,12 +84,12 @@ pub struct Machine {
     pub(super) setup: Setup,
     pub(super) state: State,
     pub(super) stage: Option<usize>,
-    /// Items answered within the stage, stereograms answered.
+    /// Number of items or stereograms that were answered within the stage.
     pub(super) cursor: usize,
     pub(super) right: u32,
     pub(super) queue: Queue,
     pub(super) current: Option<Current>,
-    /// Exhausted presentations whose `missing` record is not written.
+    /// Presentations without attempts left whose `missing` record is not written yet.
     pub(super) owed: Vec<u32>,
     pub(super) ready_shown: bool,
     pub(super) answered: u32,
@@ -97,12 +97,12 @@ pub struct Machine {
     pub(super) last_frame_ns: Option<u64>,
     pub(super) focus: bool,
     pub(super) visible: bool,
-    /// Since when focus or visibility is gone.
+    /// The time since which focus or visibility has been lost.
     pub(super) unseen_since_ns: Option<u64>,
 }
 
-/// Nobody looks for so long: the session stands still until somebody says to go on. Shorter losses are judged by the
-/// study's rule of validity alone.
+/// When nobody has looked for this long, the session pauses until somebody goes on. Shorter losses are judged only by
+/// the study's rule of validity.
 pub(super) const UNSEEN_PAUSE_NS: u64 = 1_000_000_000;
 
 impl Machine {
@@ -127,7 +127,7 @@ impl Machine {
         }
     }
 
-    /// The same, with what is known of the stimuli: which of them move.
+    /// The same machine, with the frames of those stimuli that move.
     pub fn with_films(mut self, films: Vec<Option<Film>>) -> Machine {
         self.setup.films = films;
         self
@@ -141,12 +141,12 @@ impl Machine {
         matches!(self.state, State::Over)
     }
 
-    /// The participant agreed, or is not asked; false before the first page.
+    /// Whether the participant has agreed or is not asked; false before the first page.
     pub fn is_past_consent(&self) -> bool {
         self.stage.is_some_and(|s| self.setup.stages.get(s) != Some(&Stage::Page(Page::Consent)))
     }
 
-    /// Coming frames that change nothing unless somebody does something; `u64::MAX`: any number.
+    /// Number of coming frames that change nothing unless somebody does something; `u64::MAX`: any number.
     pub fn idle_frames(&self) -> u64 {
         match &self.state {
             // A film may change with every frame.
@@ -165,7 +165,7 @@ impl Machine {
         out
     }
 
-    /// What an event at `now_ns` leads to.
+    /// The actions that follow from an event at `now_ns`.
     pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
         let mut out = Vec::new();
         match event {

@@ -4,8 +4,8 @@
 //! consent → person → ssq → screening → instructions → practice → ready → trials ⇄ break → ssq → thanks
 //!                          a presentation: segments → blank → panel → blank
 //! ```
-//! Every state can pause, be skipped by the operator, or end the session. Time comes in with each event; phases
-//! are counted in display frames.
+//! In every state the session can be paused or ended, and the operator can skip the state. Time comes in with each
+//! event; the duration of phases is counted in display frames. `study::session` drives the machine.
 
 mod frames;
 mod leave;
@@ -25,20 +25,20 @@ pub use setup::{Item, ScreeningTrial, Setup, Stage};
 
 use cyclopean_analysis::journal::record::{Outcome, Record, Shown};
 
-/// What happens to a session. Times are nanoseconds on the session's clock.
+/// Something that happens to a session. Times are nanoseconds on the session's clock.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
-    /// A frame will be displayed at this time, with what the machine last showed or shows in answer to this event.
+    /// A frame will be displayed at this time. It shows what the machine showed last, or shows in answer to this event.
     Frame {
         at_ns: u64,
         /// False: the runtime asked not to draw it.
         rendered: bool,
     },
-    /// Regular, drawn frames in which nothing changed, at most [`Machine::idle_frames`] of them.
+    /// Regular, drawn frames during which nothing changed, at most [`Machine::idle_frames`] of them.
     Frames { count: u64, first_ns: u64, last_ns: u64 },
-    /// Keyboard or controller input goes to another program, or comes back.
+    /// Keyboard or controller input goes to another program (false), or comes back (true).
     Focus(bool),
-    /// The headset was taken off or the window hidden, or is back.
+    /// The headset was taken off or the window was hidden (false), or it is back (true).
     Visible(bool),
     /// The display's refresh rate changed, Hz.
     RefreshRate(f64),
@@ -51,21 +51,21 @@ pub enum Event {
 pub enum Input {
     /// A choice on the panel, an alternative of the screening, or an option of an item.
     Choose(u32),
-    /// The choice stands.
+    /// Confirm the choice.
     Confirm,
     /// Go on from a page, a break or a pause.
     Continue,
-    /// Not agreed, or not answered.
+    /// Do not agree, or do not answer.
     Decline,
-    /// Stand still; by the operator or the participant.
+    /// Pause the session; by the operator or the participant.
     Pause { by_operator: bool },
-    /// Pass over this state (operator).
+    /// Skip this state (operator).
     Skip,
     /// Show this presentation from its beginning (operator).
     Repeat,
-    /// Write something down (operator).
+    /// Write a note into the journal (operator).
     Note(String),
-    /// Leave and take the data along (participant).
+    /// Withdraw from the study, together with the data (participant).
     Withdraw,
     /// Give the session up for good (operator).
     Abandon,
@@ -73,16 +73,16 @@ pub enum Input {
     Quit,
 }
 
-/// What the machine wants done, in this order.
+/// What the machine wants to be done, in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// Append to the journal.
     Write(Record),
     /// Everything written so far must be on the disk before the next action.
     Sync,
-    /// From the next frame on.
+    /// Show this screen from the next frame on.
     Show(Screen),
-    /// The session is over, or (none) closed and can be resumed.
+    /// Close the session: it is over with this outcome, or (none) it can be resumed.
     Close(Option<Outcome>),
 }
 
@@ -100,7 +100,7 @@ pub enum Screen {
         show: Shown,
         /// Index of the plan's stimulus.
         stimulus: u32,
-        /// The reference beside it (mirrored pair).
+        /// The reference that is shown beside it (mirrored pair).
         reference: Option<u32>,
         /// Which frame of a moving stimulus, from 0; 0 for a still.
         frame: u32,
@@ -110,13 +110,14 @@ pub enum Screen {
         presentation: u32,
         attempt: u32,
         chosen: Option<u32>,
-        /// The participant was silent for long.
+        /// Whether the panel reminds the participant, who has not answered for long.
         reminder: bool,
     },
 }
 
 impl Screen {
-    /// The same presentation of the same stimulus, whichever of its frames: what is written over it does not change.
+    /// The screen with the first frame of a moving stimulus: what is written over the stimulus is the same for all of
+    /// its frames.
     pub fn first_frame(&self) -> Screen {
         let mut first = self.clone();
         if let Screen::Stimulus { frame, .. } = &mut first {
@@ -135,7 +136,7 @@ pub enum Page {
     Ready,
     Break,
     Paused,
-    /// After the program was started again.
+    /// The session was resumed after the program had ended.
     WelcomeBack,
     Thanks,
 }
@@ -144,7 +145,7 @@ impl Page {
     pub const ALL: [Page; 7] =
         [Page::Consent, Page::Instructions, Page::Ready, Page::Break, Page::Paused, Page::WelcomeBack, Page::Thanks];
 
-    /// The journal's word for it.
+    /// The journal's name for the page.
     pub fn phase(self) -> &'static str {
         match self {
             Page::Consent => "consent",

@@ -1,4 +1,4 @@
-//! People do something: choices, confirmations, pages.
+//! What people do: choices, confirmations, pages.
 
 use cyclopean_analysis::journal::record::{
     Answer, Change, Continue, Item, Missing, Note, Outcome, Purpose, Record, Screening,
@@ -98,7 +98,7 @@ impl Machine {
         self.next_presentation(now_ns, out);
     }
 
-    /// What an answered attempt means for the order; the same in a replay.
+    /// Records what an answered attempt means for the order; a replay calls it too.
     pub(super) fn settle(&mut self, current: Current) {
         let settled = self.queue.answered(&self.setup.presentations, current.presentation, current.valid);
         let trial = self.setup.presentations[current.presentation as usize].purpose == Purpose::Trial;

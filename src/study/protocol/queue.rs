@@ -1,4 +1,4 @@
-//! Which presentation comes next: the plan's order, invalid ones again at the end of their block.
+//! The queue of presentations: the plan's order, with invalid presentations again at the end of their block.
 
 use std::collections::VecDeque;
 
@@ -18,9 +18,9 @@ pub enum Settled {
 #[derive(Debug, Clone)]
 pub struct Queue {
     upcoming: VecDeque<u32>,
-    /// Attempts begun, by presentation.
+    /// Number of attempts begun, by presentation.
     attempts: Vec<u32>,
-    /// Invalid attempts, by presentation.
+    /// Number of invalid attempts, by presentation.
     invalid: Vec<u32>,
     repeats: u32,
 }
@@ -35,7 +35,7 @@ impl Queue {
         self.upcoming.front().copied()
     }
 
-    /// Takes the front and counts its attempt.
+    /// Takes the first presentation and counts its attempt; returns both numbers.
     pub fn begin(&mut self) -> Option<(u32, u32)> {
         let presentation = self.upcoming.pop_front()?;
         let attempt = &mut self.attempts[presentation as usize];
@@ -43,17 +43,17 @@ impl Queue {
         Some((presentation, *attempt - 1))
     }
 
-    /// An attempt that was cut off comes again at once.
+    /// Puts a presentation whose attempt was cut off at the front again.
     pub fn interrupted(&mut self, presentation: u32) {
         self.upcoming.push_front(presentation);
     }
 
-    /// The front is not shown again.
+    /// Removes the first presentation without showing it.
     pub fn drop_front(&mut self) {
         self.upcoming.pop_front();
     }
 
-    /// An attempt that was answered.
+    /// Decides what becomes of a presentation after an answered attempt.
     pub fn answered(&mut self, plan: &[Planned], presentation: u32, valid: bool) -> Settled {
         let planned = &plan[presentation as usize];
         if valid || planned.purpose == Purpose::Practice {

@@ -1,4 +1,4 @@
-//! A session that was cut off: its journal brings the machine back to where it stood.
+//! Replays the journal of a session that was cut off, which brings the machine back to its last state.
 
 use cyclopean_analysis::journal::record::Record;
 
@@ -6,7 +6,7 @@ use super::machine::{Current, Machine, Misfit};
 use super::{Action, Page};
 
 impl Machine {
-    /// Takes one record of an earlier run of this session; before [`Machine::resume`].
+    /// Takes one record of an earlier run of this session. All records come before [`Machine::resume`].
     ///
     /// # Errors
     /// The record cannot have come from this setup.
@@ -60,7 +60,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The first actions after [`Machine::replay`] of everything there was.
+    /// The first actions of a resumed session, after [`Machine::replay`] of every record.
     pub fn resume(&mut self, _now_ns: u64) -> Vec<Action> {
         let mut out = Vec::new();
         self.write_owed(&mut out);

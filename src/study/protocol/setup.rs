@@ -1,4 +1,5 @@
-//! What a session is made of, all in frames: from a study, a plan and a display's nominal rate.
+//! The fixed data of a session, with all durations in frames; computed from a study, a plan and a display's nominal
+//! rate.
 
 use cyclopean_analysis::journal::record::{Film, Planned, Question, Shown, Trust};
 
@@ -11,10 +12,10 @@ use super::Page;
 
 /// Trials at each disparity of the screening.
 const TRIALS_A_DISPARITY: u32 = 10;
-/// Right answers that pass; chance gets there with probability 0.0035.
+/// Right answers with which a disparity is passed; guessing reaches them with probability 0.0035.
 pub const SCREENING_PASS: u32 = 7;
 
-/// One station of a session.
+/// One stage of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     Page(Page),
@@ -29,7 +30,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The journal's word for it.
+    /// The journal's name for the stage.
     pub fn phase(self) -> &'static str {
         match self {
             Stage::Page(page) => page.phase(),
@@ -49,43 +50,43 @@ pub struct Item {
     pub options: &'static [&'static str],
 }
 
-/// One forced choice among four.
+/// One trial of the screening: a forced choice among four places.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScreeningTrial {
-    /// As shown: whole pixels.
+    /// The disparity as it is shown, in whole pixels.
     pub disparity_arcsec: f64,
     pub disparity_px: u32,
     pub arcsec_per_px: f64,
     pub trial: u32,
-    /// 0 ..= 3
+    /// The place of the square, 0 ..= 3.
     pub shown: u32,
-    /// This disparity decides.
+    /// Whether this is the disparity that must be passed.
     pub required: bool,
 }
 
-/// A segment in frames.
+/// A segment, with its duration in frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Segment {
     pub show: Shown,
     pub frames: u64,
 }
 
-/// Everything the machine needs to know; nothing of it changes during a session.
+/// Everything that the machine needs to know. Nothing of it changes during a session.
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub stages: Vec<Stage>,
     pub items: Vec<Item>,
     pub screening: Vec<ScreeningTrial>,
     pub presentations: Vec<Planned>,
-    /// By stimulus: its frames where it moves. Stimuli beyond the list are stills.
+    /// For each stimulus its frames, if it moves. Stimuli beyond the end of the list are stills.
     pub films: Vec<Option<Film>>,
     pub segments: Vec<Segment>,
-    /// Stimuli of a presentation begin with the reference.
+    /// Whether the first stimulus of each presentation is the reference.
     pub has_reference: bool,
     pub blank_frames: u64,
     pub reminder_frames: u64,
     pub pause_frames: u64,
-    /// 0: no breaks.
+    /// Time between two breaks; 0: there are no breaks.
     pub break_ns: u64,
     pub choices: u32,
     pub validity: Validity,
@@ -139,12 +140,12 @@ impl Setup {
         }
     }
 
-    /// Nanoseconds of a nominal frame.
+    /// Duration of a nominal frame, nanoseconds.
     pub fn period_ns(&self) -> f64 {
         1e9 / self.nominal_hz
     }
 
-    /// Index of the stimulus, and of the reference beside it, of a segment; none for a blank one.
+    /// Index of a segment's stimulus, and of the reference beside it; none for a blank segment.
     pub fn stimulus(&self, presentation: u32, show: Shown) -> Option<(u32, Option<u32>)> {
         let stimuli = &self.presentations.get(presentation as usize)?.stimuli;
         let base = usize::from(self.has_reference);
@@ -156,15 +157,16 @@ impl Setup {
         Some((*stimuli.get(at)?, self.has_reference.then(|| stimuli[0])))
     }
 
-    /// The frames of what a segment shows, where it moves.
+    /// The frames of a segment's stimulus, if it moves.
     pub fn film_of(&self, presentation: u32, show: Shown) -> Option<Film> {
         let (stimulus, _) = self.stimulus(presentation, show)?;
         self.films.get(stimulus as usize).copied().flatten()
     }
 
-    /// Which frame of a film is due so many nominal display periods after its first.
+    /// The frame of a film that is due this many nominal display periods after the first frame.
     pub fn film_frame(&self, film: Film, periods: u64) -> u32 {
-        // A film at the display's own rate changes with every period, whatever rounding says.
+        // A film at the display's own rate changes with every period; the small term keeps rounding from preventing
+        // that.
         let due = (periods as f64 * film.rate_hz / self.nominal_hz + 1e-6).floor();
         due.min(f64::from(film.frames.max(1) - 1)) as u32
     }

@@ -1,4 +1,4 @@
-//! Properties of the machine: under any events, at any rate, stepped or skipped.
+//! Properties of the machine under any events, at any rate, whether the display steps or skips.
 
 use cyclopean_analysis::journal::record::{
     self as journal, Film, Kind, Outcome, Presentation, Purpose, Record, Shown, Trust,
@@ -14,10 +14,10 @@ use crate::study::observer::SimulatedObserver;
 use crate::study::plan::Plan;
 use crate::study::testing;
 
-/// The rates of the specification: nominal, real.
+/// The refresh rates of the specification: nominal, real.
 const RATES: [(f64, f64); 5] = [(72.0, 72.0), (80.0, 80.0), (90.0, 90.0), (120.0, 120.0), (90.0, 89.97)];
 
-/// Every station there is.
+/// A study with every stage that there is.
 fn everything() -> Definition {
     let mut d = testing::compare(4, 2);
     d.consent = Some(crate::study::definition::ConsentText {
@@ -44,7 +44,7 @@ fn observer(d: &Definition, plan: &Plan, m: &Machine) -> Box<SimulatedObserver> 
     Box::new(SimulatedObserver::new(d, plan, &m.setup().screening, "p01", &[]).unwrap())
 }
 
-/// Runs to the end; every record with its time.
+/// Runs a session to its end; returns every record with its time.
 fn drive(mut m: Machine, display: &mut dyn Display) -> Vec<(u64, Record)> {
     let mut out = Vec::new();
     let mut screen = Screen::Blank;
@@ -195,12 +195,12 @@ fn what_disturbs_a_presentation_makes_it_invalid() {
     let (mut m, now, period) = in_the_first_stimulus(&d);
     let p = finish(&mut m, now, period, |i| Event::Focus(!(20..50).contains(&i)));
     assert_eq!((p.lost_ms, p.invalid.len()), (300.0, 1), "{p:?}");
-    // 25 frames: the limit itself still counts.
+    // 25 frames are exactly the limit, which still counts.
     let (mut m, now, period) = in_the_first_stimulus(&d);
     assert!(finish(&mut m, now, period, |i| Event::Visible(!(20..45).contains(&i))).invalid.is_empty());
     let (mut m, now, period) = in_the_first_stimulus(&d);
     assert_eq!(finish(&mut m, now, period, |_| Event::RefreshRate(72.0)).invalid, ["the refresh rate changed"]);
-    // A gap of 110 ms in a presentation of two seconds: the gap alone is wrong, the duration is kept.
+    // A gap of 110 ms in a presentation of two seconds: only the gap is wrong, the duration is as planned.
     let (mut m, now, period) = in_the_first_stimulus(&d);
     m.handle(now + 11 * period, Event::Frame { at_ns: now + 11 * period, rendered: true });
     let p = finish(&mut m, now + 11 * period, period, quiet);
@@ -293,7 +293,7 @@ fn a_headset_taken_off_pauses_the_session_until_somebody_says_to_go_on() {
     assert_eq!(paused, 1);
     assert!(said.iter().any(|a| matches!(a, Action::Write(Record::Interrupted(_)))));
     assert!(matches!(said.last(), Some(Action::Show(Screen::Page(Page::Paused)))));
-    // Put on again: the page waits; the stimulus comes again as a new attempt.
+    // The headset is put on again: the page waits, and the stimulus comes again as a new attempt.
     assert!(m.handle(taken_off + 2_000_000_000, Event::Visible(true)).is_empty());
     let back = m.handle(taken_off + 2_000_000_000, Event::Input(Input::Continue));
     assert!(back.iter().any(|a| matches!(a, Action::Write(Record::Begin(b)) if b.attempt == 1)), "{back:?}");
@@ -314,7 +314,7 @@ fn silence_is_reminded_then_paused_and_never_answered() {
     assert_eq!(at(&|a| matches!(a, Action::Show(Screen::Panel { reminder: true, .. }))) - opened, 30_000_000_000);
     assert_eq!(at(&|a| matches!(a, Action::Write(Record::Pause(_)))) - opened, 120_000_000_000);
     assert!(!said.iter().any(|(_, a)| matches!(a, Action::Write(Record::Answer(_)))));
-    // The stimulus was seen whole: after the pause the same panel waits.
+    // The stimulus was seen as a whole, so the same panel waits after the pause.
     let back = m.handle(now, Event::Input(Input::Continue));
     assert!(back.iter().any(|a| matches!(a, Action::Show(Screen::Panel { attempt: 0, .. }))));
 }
@@ -457,7 +457,7 @@ proptest! {
     }
 }
 
-/// A study of one moving stimulus, shown for two seconds, and what every frame of it was shown as.
+/// A study of one moving stimulus that is shown for two seconds, with its plan and machine.
 fn film(film: Film, nominal_hz: f64) -> (Definition, Plan, Machine) {
     let mut d = testing::rate(1, 1);
     d.practice.clear();
@@ -482,7 +482,8 @@ fn every_frame_of_a_film_begins_when_its_rate_says() {
         assert_eq!((segment.frames_asked, segment.frames_shown), ((2.0 * nominal) as u64, (2.0 * nominal) as u64));
         assert_eq!(segment.film_onsets_ns.len(), frames as usize);
         for (frame, onset) in segment.film_onsets_ns.iter().enumerate() {
-            // The first display frame at or after its time; a display that is a little slow shows all of them later.
+            // The first display frame at or after its time. On a display that is a little slow, all of them are shown
+            // later.
             let due = (frame as f64 * nominal / rate - 1e-6).ceil() / real * 1e9;
             let at = (onset.expect("each was displayed") - segment.first_ns) as f64;
             assert!((at - due).abs() < 2.0, "{nominal} Hz, frame {frame} of a film of {rate}: {at} instead of {due}");
@@ -490,8 +491,8 @@ fn every_frame_of_a_film_begins_when_its_rate_says() {
     }
 }
 
-/// Shows display frames at 90 Hz until the stimulus is over, without those whose number (from the stimulus's first) is in
-/// `missed`; gives what was shown in each, and the record.
+/// Shows display frames at 90 Hz until the stimulus is over, but not those whose number (from the stimulus's first) is
+/// in `missed`. Returns what was shown in each, and the record.
 fn show_film(missed: std::ops::Range<u64>, rate_hz: f64) -> (Vec<(u64, u32)>, Presentation) {
     let (_, _, mut m) = film(Film { rate_hz, frames: 1000 }, 90.0);
     let (mut now, period) = (0, 11_111_111);
@@ -521,16 +522,16 @@ fn show_film(missed: std::ops::Range<u64>, rate_hz: f64) -> (Vec<(u64, u32)>, Pr
 #[test]
 fn a_film_goes_on_in_time_when_the_display_misses_frames() {
     let (shown, p) = show_film(50..54, 90.0);
-    // Which frame is shown follows from the time alone.
+    // The frame that is shown follows from the time alone.
     assert!(shown.iter().all(|(number, frame)| u64::from(*frame) == *number), "{shown:?}");
     let onsets = &p.segments[0].film_onsets_ns;
     let never: Vec<usize> = (0..onsets.len()).filter(|i| onsets[*i].is_none()).collect();
     assert_eq!((onsets.len(), never), (180, vec![50, 51, 52, 53]));
-    // 4 of 180 are 2.2 %: more than the two that a study accepts by default.
+    // 4 of 180 are 2.2 %, more than the two percent that a study accepts by default.
     assert_eq!(p.invalid, ["4 of 180 frames of the moving stimulus were never displayed"]);
     let (_, p) = show_film(50..53, 90.0);
     assert!(p.invalid.is_empty(), "{:?}", p.invalid);
-    // A film of half the rate loses two frames of ninety.
+    // A film of half the rate loses two of its ninety frames.
     let (_, p) = show_film(50..54, 45.0);
     let onsets = &p.segments[0].film_onsets_ns;
     assert_eq!((onsets.len(), onsets.iter().filter(|o| o.is_none()).count()), (90, 2));
@@ -548,7 +549,7 @@ fn the_last_frame_of_a_film_stands_and_each_segment_begins_it_anew() {
     for p in presentations(&records) {
         assert!(p.invalid.is_empty(), "{:?}", p.invalid);
         for segment in &p.segments {
-            // 1.25 seconds hold 38 frames, 2.5 seconds all 45.
+            // 1.25 seconds have 38 frames, 2.5 seconds all 45.
             let held = if segment.frames_asked < 200 { 38 } else { 45 };
             assert_eq!(segment.film_onsets_ns.len(), held);
             assert_eq!(segment.film_onsets_ns[0], Some(segment.first_ns));

@@ -1,4 +1,4 @@
-//! What a presentation's frames say about it: when, how exactly, and whether it counts.
+//! Measures a presentation by its frames: when it was shown, how exactly, and whether it counts.
 
 use cyclopean_analysis::journal::record::{Film, Presentation, Segment as Logged};
 
@@ -13,7 +13,7 @@ pub struct Timing {
     lost_ns: u64,
     longest_gap_ns: u64,
     rate_changed: bool,
-    /// The last frame, and whether it was seen.
+    /// Time of the last frame, and whether it was seen.
     last: Option<(u64, bool)>,
 }
 
@@ -34,7 +34,7 @@ impl Timing {
         self.rate_changed = true;
     }
 
-    /// The first frame of a segment.
+    /// Begins a segment with its first frame.
     pub fn open(&mut self, segment: Segment, at_ns: u64) {
         self.segments.push(Logged {
             show: segment.show,
@@ -46,12 +46,13 @@ impl Timing {
         });
     }
 
-    /// Notes which frame of a film these display frames show; true where it is a later one than before.
+    /// Notes which frame of a film these display frames show; returns whether it is later than the one before.
     pub fn film_frame(&mut self, frame: u32, run: &FrameRun) -> bool {
         let Some(segment) = self.segments.last_mut() else { return false };
         let onsets = &mut segment.film_onsets_ns;
         let is_new = frame as usize >= onsets.len();
-        // What the runtime does not draw is not seen: the frame begins with the next display frame that is drawn.
+        // A frame that the runtime does not draw is not seen, so the film's frame begins with the next drawn display
+        // frame.
         if is_new && run.rendered {
             onsets.resize(frame as usize, None);
             onsets.push(Some(run.first_ns));
@@ -59,12 +60,12 @@ impl Timing {
         is_new
     }
 
-    /// The last frame of the film that this segment shows stands on the display.
+    /// Whether the last frame of this segment's film is on the display.
     pub fn film_is_over(&self, segment: usize, film: Film) -> bool {
         self.segments.get(segment).is_some_and(|s| s.film_onsets_ns.len() >= film.frames as usize)
     }
 
-    /// `count` frames from `first_ns` to `last_ns`, `steps` nominal periods after the frame before.
+    /// Adds a run of frames, which begins `steps` nominal periods after the frame before.
     pub fn frames(&mut self, run: FrameRun) {
         self.interval(run.first_ns, run.steps);
         if run.count > 1 {
@@ -85,7 +86,7 @@ impl Timing {
         self.last = Some((run.last_ns, run.seen && run.rendered));
     }
 
-    /// From the last frame to this one; a frame that is not seen lasts until the next.
+    /// Adds the interval from the last frame to this one. A frame that is not seen counts as lost until the next.
     fn interval(&mut self, at_ns: u64, steps: u64) {
         if let Some((before, seen)) = self.last {
             let gap = at_ns.saturating_sub(before);
@@ -97,7 +98,7 @@ impl Timing {
         }
     }
 
-    /// The first frame of what follows: the record, with every reason not to count it.
+    /// Ends the attempt with the first frame of what follows; returns the record, with every reason not to count it.
     pub fn finish(mut self, setup: &Setup, key: (u32, u32), end_ns: u64, steps: u64) -> Presentation {
         self.interval(end_ns, steps);
         let ms = |ns: u64| ns as f64 / 1e6;
@@ -147,7 +148,7 @@ impl Timing {
             missed: self.missed,
             unrendered: self.unrendered,
             lost_ms: ms(self.lost_ns),
-            // To the microsecond: a run of frames knows its mean interval only.
+            // Rounded to the microsecond, because of a run of frames only the mean interval is known.
             longest_gap_ms: (self.longest_gap_ns as f64 / 1e3).round() / 1e3,
             duration_ms,
             trust: setup.trust,
@@ -156,17 +157,17 @@ impl Timing {
     }
 }
 
-/// Frames at regular intervals.
+/// A run of frames at regular intervals.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameRun {
     pub count: u64,
     pub first_ns: u64,
     pub last_ns: u64,
-    /// Nominal periods since the frame before.
+    /// Nominal periods since the frame before the run.
     pub steps: u64,
-    /// Nominal periods between frames of the run.
+    /// Nominal periods between two frames of the run.
     pub inner_steps: u64,
-    /// Focus and visibility were there.
+    /// Whether the program had focus and visibility.
     pub seen: bool,
     pub rendered: bool,
 }

@@ -1,4 +1,4 @@
-//! The way through a session: stages, presentations, breaks.
+//! The course of a session: which stage, presentation or break comes next.
 
 use cyclopean_analysis::journal::record::{Begin, Outcome, Phase, Purpose, Record};
 
@@ -18,7 +18,7 @@ impl Machine {
         out.push(Action::Write(Record::Phase(Phase { phase: phase.to_owned() })));
     }
 
-    /// The participant turned a page.
+    /// Goes on after the participant has left a page.
     pub(super) fn turn(&mut self, page: Page, now_ns: u64, out: &mut Vec<Action>) {
         match page {
             Page::Consent | Page::Instructions | Page::Thanks => self.next_stage(now_ns, out),
@@ -77,7 +77,7 @@ impl Machine {
         self.queue.front().map(|p| self.setup.presentations[p as usize].purpose)
     }
 
-    /// The next presentation, or the page that stands before it, or the end of the stage.
+    /// Goes on with the next presentation, or the page before it, or the end of the stage.
     pub(super) fn next_presentation(&mut self, now_ns: u64, out: &mut Vec<Action>) {
         let Some(purpose) = self.front_purpose() else {
             out.push(Action::Sync);
@@ -95,7 +95,7 @@ impl Machine {
             self.show_page(Page::Break, out);
         } else if let Some((presentation, attempt)) = self.queue.begin() {
             self.current = Some(Current { presentation, attempt, valid: false });
-            // Synced while the blank stands, so that no disk delays a stimulus.
+            // The journal is synced during the blank frame, so that no disk delays a stimulus.
             out.extend([Action::Write(Record::Begin(Begin { presentation, attempt })), Action::Sync]);
             if self.setup.blank_frames > 0 {
                 self.blank(AfterBlank::Stimulus, out);

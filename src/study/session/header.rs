@@ -1,4 +1,4 @@
-//! What a journal says before trial 1.
+//! Writes the records that a journal holds before trial 1.
 
 use cyclopean_analysis::journal::FORMAT;
 use cyclopean_analysis::journal::record;
@@ -10,7 +10,7 @@ use crate::study::sessions::Place;
 use crate::study::store::Stored;
 use crate::study::validate::Study;
 
-/// The program as journals name it.
+/// The program, as journals name it.
 pub fn program() -> record::Program {
     record::Program {
         name: env!("CARGO_PKG_NAME").to_owned(),

@@ -1,4 +1,5 @@
-//! A session: the machine, its journal and a display, brought together.
+//! A session: brings the state machine, its journal and a display together. `cyclopean run`, `demo` and `paper` call
+//! it.
 //!
 //! ```text
 //! begin (or resume) → run: wait → machine → write, sync, show → present → …
@@ -30,7 +31,7 @@ use replay::Replay;
 pub use replay::{Proof, prove_order};
 pub use run::{Ended, simulate};
 
-/// A session cannot begin or go on.
+/// Why a session cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     #[error(transparent)]
@@ -73,25 +74,25 @@ pub enum SessionError {
 pub struct Options {
     pub kind: Kind,
     pub durability: Durability,
-    /// SHA-256 of the manifest of the frozen study it was checked against.
+    /// SHA-256 of the manifest of the frozen study that the session was checked against.
     pub frozen_sha256: Option<String>,
-    /// The file system; another one only in tests.
+    /// The file system; only tests use another one.
     pub disk: Disk,
 }
 
 impl Options {
-    /// Synced, on the real disk, not frozen.
+    /// Options for a synced journal on the real disk, without a frozen study.
     pub fn new(kind: Kind) -> Options {
         Options { kind, durability: Durability::Synced, frozen_sha256: None, disk: Disk::real() }
     }
 }
 
-/// What a resumed session went on from.
+/// The gap before a resumed session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gap {
-    /// Wall time since the last line, milliseconds; negative: the clock was set back.
+    /// Wall time since the last line, milliseconds; negative if the clock was set back.
     pub ms: i64,
-    /// Bytes of a torn last line, set aside.
+    /// Bytes of a torn last line that were set aside.
     pub cut_bytes: u64,
 }
 
@@ -104,18 +105,18 @@ pub struct Session {
     sessions: Sessions,
     place: Place,
     stored: Vec<Stored>,
-    /// None: no head poses are kept.
+    /// Writes head poses; none: no head poses are kept.
     poses: Option<PoseWriter>,
     gap: Option<Gap>,
-    /// It had ended before; only the books were not closed.
+    /// The outcome, if the session had ended before and only its row was not marked.
     over: Option<Outcome>,
 }
 
 impl Session {
-    /// Checks every stimulus, reserves a row, and writes everything that stands before trial 1; synced.
+    /// Checks every stimulus, reserves a row, and writes and syncs everything that comes before trial 1.
     ///
     /// # Errors
-    /// [`SessionError`]; nobody has sat down yet.
+    /// [`SessionError`]; at this point no participant has begun.
     pub fn begin(
         study: &Study,
         store: &Store,
@@ -132,7 +133,7 @@ impl Session {
         let stored = find_all(study, store, &any_plan)?;
         check_films(&stored, definition, display)?;
         if options.kind == Kind::Simulated {
-            // What would fail for lack of a latent quality fails before a row is reserved.
+            // A missing latent quality is reported before a row is reserved.
             let inconsistency: Vec<Option<f64>> = stored.iter().map(|s| s.side_car.info.inconsistency).collect();
             SimulatedObserver::new(definition, &any_plan, &[], participant, &inconsistency)?;
         }
@@ -154,7 +155,8 @@ impl Session {
         }
         writer.append(0, Record::Ready(record::Ready { lines: writer.lines() }))?;
         writer.sync()?;
-        // Named in the journal before it is there: no file of poses without a journal that says so.
+        // The journal names the file of poses before the file exists, so that no such file is without a journal that
+        // names it.
         let poses = match keeps_poses {
             true => Some(PoseWriter::create(&options.disk, &place.journal, &definition.id, &place.session)?),
             false => None,
@@ -163,10 +165,10 @@ impl Session {
         Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: None, over: None })
     }
 
-    /// Takes up an unfinished session: the journal is checked line by line and replayed into the machine.
+    /// Resumes an unfinished session: the journal is checked line by line and replayed into the machine.
     ///
     /// # Errors
-    /// [`SessionError`]; the journal is as it was, but for a torn last line that was set aside.
+    /// [`SessionError`]; the journal is unchanged, except that a torn last line was set aside.
     pub fn resume(
         study: &Study,
         store: &Store,
@@ -183,7 +185,7 @@ impl Session {
                 replay.take(entry)
             })?;
         if replay.plan.is_none() || !replay.ready {
-            // Killed before trial 1: nothing was shown, so the row goes back and a new session begins.
+            // The program was killed before trial 1, so nothing was shown. The row is freed and a new session begins.
             drop(writer);
             sessions.release(&place.participant, &place.session)?;
             return Session::begin(study, store, root, participant, display, options);
@@ -193,7 +195,7 @@ impl Session {
         };
         if let Some(outcome) = replay.over {
             let over = Some(outcome);
-            // A torn last line of poses is cut off.
+            // This cuts off a torn last line of poses.
             let poses = reopen_poses(study, &place, options, &writer, replay.poses)?;
             let stored = Vec::new();
             return Ok(Session { plan, machine, writer, sessions, place, stored, poses, gap: None, over });
@@ -226,20 +228,20 @@ impl Session {
         &self.place
     }
 
-    /// None for a new session.
+    /// The gap before a resumed session; none for a new one.
     pub fn gap(&self) -> Option<Gap> {
         self.gap
     }
 
-    /// The session clock from which the display goes on, nanoseconds.
+    /// The time at which the session clock goes on, nanoseconds.
     pub fn start_ns(&self) -> u64 {
         if self.gap.is_some() { self.writer.last_ns() + 1 } else { 0 }
     }
 
-    /// An observer for this session, as the study's `simulation` describes.
+    /// A simulated observer for this session, as the study's `simulation` describes it.
     ///
     /// # Errors
-    /// The study does not say enough.
+    /// The study file does not say enough.
     pub fn simulated_observer(&self, study: &Study) -> Result<SimulatedObserver, ObserverError> {
         let inconsistency: Vec<Option<f64>> = self.stored.iter().map(|s| s.side_car.info.inconsistency).collect();
         let screening = &self.setup().screening;
@@ -272,18 +274,18 @@ pub(super) fn setup(study: &Study, plan: &Plan, display: &DisplayInfo) -> Setup 
     Setup::new(&study.definition, plan, display.nominal_hz, display.trust, display.arcsec_per_px)
 }
 
-/// By stimulus: its frames where it moves.
+/// For each stimulus its frames, if it moves.
 fn films(stored: &[Stored]) -> Vec<Option<record::Film>> {
     stored.iter().map(|s| s.side_car.info.film).collect()
 }
 
-/// Refuses moving stimuli that are faster than the display, and says which of them do not look even or end early.
+/// Refuses moving stimuli that are faster than the display. Warns of those that will not look even, or that end early.
 fn check_films(stored: &[Stored], definition: &Definition, display: &DisplayInfo) -> Result<(), SessionError> {
     for Stored { side_car, .. } in stored {
         let Some(film) = side_car.info.film else { continue };
         let label = side_car.request.label();
         let (rate_hz, display_hz) = (film.rate_hz, display.nominal_hz);
-        // A display of 59.94 Hz shows 60 frames a second.
+        // A display of 59.94 Hz is accepted for 60 frames a second.
         if rate_hz > 1.005 * display_hz {
             return Err(SessionError::FilmRate { label, rate_hz, display_hz });
         }

@@ -1,4 +1,4 @@
-//! A journal read back: to go on with its session, or to prove its order.
+//! Reads a journal back, to resume its session or to prove its order.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::study::protocol::{Machine, Misfit};
 use crate::study::validate::Study;
 use crate::study::writer::WriterError;
 
-/// Feeds a journal to a machine, checking that both belong together.
+/// Feeds a journal to a machine and checks that both belong together.
 pub(super) struct Replay<'a> {
     study: &'a Study,
     display: &'a DisplayInfo,
@@ -21,7 +21,7 @@ pub(super) struct Replay<'a> {
     pub(super) machine: Option<Machine>,
     pub(super) stimuli: Vec<record::Stimulus>,
     pub(super) ready: bool,
-    /// Head poses are kept.
+    /// Whether the session keeps head poses.
     pub(super) poses: bool,
     pub(super) over: Option<Outcome>,
 }
@@ -85,7 +85,7 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// An order is what study and row say.
+/// The proof that a journal's order follows from its study and row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Proof {
     pub study: String,
@@ -94,7 +94,7 @@ pub struct Proof {
     pub sha256: String,
 }
 
-/// Derives the order of a journal again from the study text and the row it names, and compares every presentation.
+/// Derives the order of a journal again from the study text and the row that it names, and compares every presentation.
 ///
 /// # Errors
 /// The journal cannot be read, or its order is another.

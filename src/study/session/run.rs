@@ -1,4 +1,4 @@
-//! A session under way: the display's events go in, the journal is written, the next screen comes out.
+//! Runs a session: the display's events go in, the journal is written, the next screen comes out.
 
 use std::path::{Path, PathBuf};
 
@@ -13,21 +13,21 @@ use crate::study::stimulus::STIMULUS_FILES;
 use crate::study::store::Store;
 use crate::study::validate::Study;
 
-/// How a session stands when [`Session::run`] returns.
+/// The state of a session when [`Session::run`] returns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ended {
-    /// None: closed, and can be resumed.
+    /// None: the session was closed and can be resumed.
     pub outcome: Option<Outcome>,
     pub journal: PathBuf,
     pub participant: String,
     pub session: String,
     pub row: u64,
-    /// Files deleted, when the participant withdrew.
+    /// The files that were deleted, if the participant withdrew.
     pub deleted: Vec<PathBuf>,
 }
 
 impl Session {
-    /// Runs to the end, to a `quit`, or to a failure; the journal is whole in each case.
+    /// Runs to the end, to a `quit`, or to a failure. The journal is whole in each case.
     ///
     /// # Errors
     /// The display or the disk failed; the session can be resumed.
@@ -39,7 +39,7 @@ impl Session {
         let driven = self.drive(display);
         if let Some(poses) = &mut self.poses {
             let written = poses.write_out();
-            // What stopped the session comes first.
+            // The failure that stopped the session is reported first.
             if driven.is_ok() {
                 written?;
             }
@@ -48,7 +48,7 @@ impl Session {
         self.close(outcome)
     }
 
-    /// From the first screen until the session is closed.
+    /// Runs from the first screen until the session is closed.
     fn drive(&mut self, display: &mut dyn Display) -> Result<Option<Outcome>, SessionError> {
         let files: Vec<StimulusFiles> = self
             .stored
@@ -72,7 +72,7 @@ impl Session {
             crate::console::check_interrupted()?;
             let timed = display.wait(self.machine.idle_frames())?;
             if let Some(poses) = &mut self.poses {
-                // Taken in any case, so that none from before the consent comes later.
+                // Poses are taken in any case, so that none from before the consent are recorded later.
                 let taken = display.take_poses();
                 if self.machine.is_past_consent() {
                     poses.take(taken)?;
@@ -84,7 +84,7 @@ impl Session {
         }
     }
 
-    /// Some: the session is closed, with an outcome when it is over.
+    /// Carries out the machine's actions. `Some`: the session is closed, with an outcome if it is over.
     fn perform(
         &mut self,
         now_ns: u64,
@@ -111,7 +111,7 @@ impl Session {
     fn close(self, outcome: Option<Outcome>) -> Result<Ended, SessionError> {
         let Session { writer, sessions, place, .. } = self;
         let journal = writer.path().to_owned();
-        // The lock goes with the writer.
+        // Dropping the writer releases the lock.
         drop(writer);
         let mut deleted = Vec::new();
         match outcome {
@@ -127,7 +127,8 @@ impl Session {
     }
 }
 
-/// One simulated participant from start to end on a virtual clock; goes on where an earlier call was cut off.
+/// Runs one simulated participant from start to end on a virtual clock. It resumes a session that an earlier call left
+/// unfinished.
 ///
 /// `hz`: the display rate to pretend, such as 90.
 ///

@@ -1,5 +1,5 @@
-//! A session as a page that plays it: what was shown when, answers, missed frames. For those who run a study, never for those
-//! who take part: it names the methods.
+//! An HTML page that plays a session back: what was shown when, answers, missed frames. It is meant for those who run a
+//! study, never for participants, because it names the methods. `cyclopean study show` writes it.
 
 mod told;
 
@@ -17,8 +17,8 @@ pub use told::{Lane, Mark, Span, Told};
 const SCRIPT: &str = include_str!("page.js");
 const STYLE: &str = include_str!("page.css");
 
-/// The page, self-contained. `pictures`: a PNG of both eyes side by side, by the stimulus's index; what is missing is
-/// shown in words.
+/// Makes the self-contained page. `pictures` holds a PNG of both eyes side by side, by the stimulus's index; a missing
+/// picture is replaced by words.
 pub fn session_page(told: &Told, pictures: &BTreeMap<u32, Vec<u8>>) -> String {
     let h = &told.header;
     let title = format!("{}, participant {}, session {}", h.study.title, h.participant, h.session);
@@ -59,7 +59,7 @@ pub fn session_page(told: &Told, pictures: &BTreeMap<u32, Vec<u8>>) -> String {
         .map(|(stimulus, png)| (stimulus.to_string(), format!("data:image/png;base64,{}", base64(png))))
         .collect();
     let data = json!({ "end": told.end_s, "spans": told.spans, "marks": told.marks, "pictures": pictures });
-    // A text of JSON may hold `</script>`; the escape is one that JSON reads back.
+    // A JSON text may hold `</script>`. This escape prevents that, and JSON readers undo it.
     let data = data.to_string().replace('<', "\\u003c");
     let _ = write!(out, "<script type=\"application/json\" id=\"session\">{data}</script><script>{SCRIPT}</script>");
     out += "</main></body></html>\n";

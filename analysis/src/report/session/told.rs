@@ -1,28 +1,28 @@
-//! A journal as spans and marks: what stood when, and what happened at a moment.
+//! Turns a journal into spans (what was shown for a while) and marks (what happened at a moment).
 
 use serde::Serialize;
 
 use crate::journal::record::{Header, Planned, Presentation, Record, Shown, Side, Stimulus};
 use crate::journal::{Entry, Kind};
 
-/// What stood on the display for a while.
+/// Something that was shown, or went on, for a while.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Span {
     /// Seconds on the session's clock.
     pub from_s: f64,
     /// Seconds on the session's clock.
     pub to_s: f64,
-    /// What kind of thing it is.
+    /// The kind of the span.
     pub lane: Lane,
     /// In words, such as `trial 7: room by stereo (A)`.
     pub label: String,
-    /// Index of the stimulus that stood.
+    /// Index of the stimulus that was shown.
     pub stimulus: Option<u32>,
-    /// Index of the reference that stood beside it.
+    /// Index of the reference that was shown beside it.
     pub reference: Option<u32>,
 }
 
-/// What kind of thing a span is.
+/// The kind of a span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Lane {
@@ -32,7 +32,7 @@ pub enum Lane {
     Stimulus,
     /// The panel, from its opening to the confirmed answer.
     Panel,
-    /// The session stood still.
+    /// The session was paused.
     Pause,
 }
 
@@ -50,21 +50,21 @@ pub struct Mark {
 /// A whole session.
 #[derive(Clone, Debug)]
 pub struct Told {
-    /// What was run, by what, on what.
+    /// The study, the program, the display and the device.
     pub header: Box<Header>,
     /// Whose answers these are.
     pub kind: Kind,
-    /// In the order of their indices.
+    /// The stimuli, in the order of their indices.
     pub stimuli: Vec<Stimulus>,
-    /// By their begin.
+    /// The spans, sorted by their beginning.
     pub spans: Vec<Span>,
-    /// By their time.
+    /// The marks, sorted by their time.
     pub marks: Vec<Mark>,
     /// Seconds on the session's clock.
     pub end_s: f64,
 }
 
-/// A presentation as people count them and what it shows, such as `trial 7`.
+/// The name of a presentation: its purpose and number, such as `trial 7`.
 fn name(planned: &[Planned], presentation: u32) -> String {
     match planned.iter().find(|p| p.presentation == presentation) {
         Some(p) => format!("{} {presentation}", format!("{:?}", p.purpose).to_lowercase()),
@@ -73,7 +73,7 @@ fn name(planned: &[Planned], presentation: u32) -> String {
 }
 
 impl Told {
-    /// What these entries say, in their order. None where they do not begin with a header.
+    /// Reads the entries of a journal, in their order. None where they do not begin with a header.
     pub fn of(entries: impl IntoIterator<Item = Entry>) -> Option<Told> {
         let mut entries = entries.into_iter();
         let first = entries.next()?;
@@ -156,7 +156,7 @@ impl Told {
         }
     }
 
-    /// The segments of a presentation, and what was wrong with it.
+    /// Adds the segments of a presentation, and marks for what was wrong with it.
     fn show(&mut self, planned: &[Planned], p: &Presentation) {
         let of = planned.iter().find(|q| q.presentation == p.presentation);
         let name = name(planned, p.presentation);
