@@ -1,4 +1,4 @@
-//! `cyclopean display`: whether a display keeps time, and gives each eye its own picture.
+//! `cyclopean display`: tests whether a display keeps time, and whether it gives each eye its own picture.
 
 mod desktop;
 mod openxr;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::display::intervals::Intervals;
 
-/// Tests a display before anybody sits down.
+/// Test a display before a participant uses it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -18,22 +18,23 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// A flickering square for a photodiode, the intervals between frames, which eye sees what, and depth.
+    /// Show a flickering square for a photodiode, measure the intervals between frames, and ask which eye sees what,
+    /// and about depth.
     Test(TestArgs),
 }
 
 #[derive(Debug, clap::Args)]
 struct TestArgs {
-    /// The display.
+    /// The display to test.
     #[arg(long, value_enum, default_value_t = DisplayKind::Desktop)]
     display: DisplayKind,
-    /// How long intervals are measured.
+    /// How long intervals are measured, seconds.
     #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     seconds: f64,
-    /// Ask nothing: measure intervals only.
+    /// Ask nothing; only measure intervals.
     #[arg(long)]
     unattended: bool,
-    /// Refresh rate, Hz, of a monitor that does not say it.
+    /// Refresh rate, Hz, of a monitor that does not state it.
     #[arg(long, value_parser = hz)]
     hz: Option<f64>,
     #[command(flatten)]
@@ -50,19 +51,19 @@ enum DisplayKind {
 #[derive(Debug, Serialize)]
 pub struct Found {
     pub display: String,
-    /// Who says when a frame is seen.
+    /// Where the times of display come from.
     pub timing: String,
     pub intervals: Option<Intervals>,
-    /// Each eye saw its own picture; none: nobody was asked, or the mode shows one eye's.
+    /// Whether each eye saw its own picture; none: nobody was asked, or the mode shows only one eye's picture.
     pub eyes_right: Option<bool>,
-    /// Squares seen in a stereogram, of how many; chance is a quarter.
+    /// Squares that were found in stereograms, and the number of stereograms; guessing finds a quarter.
     pub depth_right: Option<(u32, u32)>,
 }
 
-/// Said to the operator when the participant is asked which word an eye sees.
+/// What the operator reads while the participant is asked which word an eye sees.
 const WHICH_WORD: &str = "question: which word does the open eye see?";
 
-/// Said to the operator when stereogram `at` (from 0) of `count` stands before the participant.
+/// What the operator reads while the participant sees stereogram `at` (from 0) of `count`.
 fn which_square(at: usize, count: usize) -> String {
     format!("question: in which quarter of stereogram {} of {count} does a square float?", at + 1)
 }

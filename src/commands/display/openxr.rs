@@ -1,4 +1,4 @@
-//! The test in a headset.
+//! The display test in a headset.
 
 use std::time::Instant;
 
@@ -12,13 +12,13 @@ use crate::gpu::Image;
 use crate::study::protocol::{Input, Screen, ScreeningTrial};
 use crate::study::stereogram::Stereogram;
 
-/// Stereograms that are asked about.
+/// Number of stereograms that the viewer is asked about.
 const STEREOGRAMS: u32 = 4;
 /// Frames between two changes of the flickering square.
 const FLICKER: u64 = 30;
-/// Linear value of the ground, display value 128.
+/// Linear value of the background, display value 128.
 const GROUND: f32 = 0.21586;
-/// Dots a side.
+/// Number of dots along a side of a stereogram.
 const DOTS: usize = 256;
 
 struct Test {
@@ -58,7 +58,8 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
 }
 
 impl Test {
-    /// Gives one frame with what was written last; its predicted time, and what was done before it.
+    /// Gives the runtime one frame with the words written last; returns its predicted time, and what was done before
+    /// it.
     fn frame(&mut self) -> anyhow::Result<(u64, Acts)> {
         loop {
             check_interrupted()?;
@@ -81,7 +82,8 @@ impl Test {
         Note::Text { text: text.to_owned(), at, corner: Corner::Middle, size: 1.0 }
     }
 
-    /// Frames go out while a square flickers in the middle of the view, where a photodiode is held to the lens.
+    /// Measures the intervals between frames while a square flickers in the middle of the view, where a photodiode is
+    /// held to the lens.
     fn measure(&mut self, seconds: f64) -> anyhow::Result<Option<Intervals>> {
         let hz = self.headset.info().nominal_hz;
         let note = self.line("Measuring. The square is for a photodiode.", 0.25);
@@ -101,11 +103,11 @@ impl Test {
             times.push(self.frame()?.0);
             frame += 1;
         }
-        // The first frames draw the words.
+        // The first frames are left out, because words are drawn in them.
         Ok(Intervals::of(times.get(5..).unwrap_or_default(), hz))
     }
 
-    /// Each eye sees one of two words; true: its own.
+    /// Shows each eye one of two words; true if the open eye sees its own.
     fn ask_eyes(&mut self, console: &Console) -> anyhow::Result<bool> {
         let question = self.line("Close your right eye. Push the stick towards the word that you see.", 0.3);
         let left = [question.clone(), self.line("left", 0.5)];
@@ -124,7 +126,7 @@ impl Test {
         }
     }
 
-    /// Squares that only two eyes together can see.
+    /// Shows squares that only both eyes together can see, and counts the right answers.
     fn ask_depth(&mut self, console: &Console) -> anyhow::Result<(u32, u32)> {
         let trial = |trial: u32| ScreeningTrial {
             disparity_arcsec: 0.0,
@@ -148,7 +150,7 @@ impl Test {
         Ok((right, STEREOGRAMS))
     }
 
-    /// The stick moves the light over the four numbers, the trigger takes it.
+    /// Asks for one square: the stick moves the highlight over the four numbers, and the trigger takes one.
     fn ask_one(&mut self, content: &Content, at: usize) -> anyhow::Result<u32> {
         let mut lit: Option<usize> = None;
         let mut drawn = None;
