@@ -3,23 +3,24 @@
 use super::WrongUsage;
 use crate::render::{Ao, AoSettings};
 
-/// How far ambient occlusion looks and how it decides; docs/rendering.md defines all of it.
+/// How far ambient occlusion looks, and how it decides; docs/rendering.md defines all of these numbers.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Reach {
-    /// What is farther away hides no ambient light; metres, 0.001 to 1000.
+    /// Radius of ambient occlusion: what is farther away hides no ambient light; metres, 0.001 to 1000.
     #[arg(long, value_name = "METRES", default_value_t = AoSettings::default().radius_m)]
     ao_radius: f32,
-    /// Difference between the eyes from which on variant1 and variant2 work on a pixel, as a share of its value, 0 to 1.
+    /// For variant1 and variant2, the difference between the eyes from which they work on a pixel, as a share of its
+    /// value, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = AoSettings::default().threshold)]
     ao_threshold: f32,
-    /// Rays a pixel of ray-traced ambient occlusion.
+    /// Rays per pixel of ray-traced ambient occlusion.
     #[arg(long, value_name = "N", default_value_t = AoSettings::default().rays,
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     ao_rays: u32,
 }
 
 impl Reach {
-    /// The settings of a method.
+    /// The settings of ambient occlusion by a method.
     ///
     /// # Errors
     /// [`WrongUsage`] when a number lies outside its range.

@@ -1,4 +1,5 @@
-//! What a study may ask for. The same with and without a device, so that a build that renders nothing checks studies.
+//! The scenes and methods that a study may ask for. The list is the same with and without a device, so that a build
+//! that renders nothing can check studies.
 
 use crate::method::{Ao, Method};
 use crate::scene::head_path::GENERIC;

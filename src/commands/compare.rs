@@ -26,16 +26,18 @@ use crate::scene::{Fallback, Scene, Shelf, View};
 #[cfg(feature = "gpu")]
 use crate::shard::Shard;
 
-/// Error against run time: methods over scenes against the path-traced reference, or picture B against picture A.
+/// Compare the error and the run time of methods over scenes with the path-traced reference, or picture B with picture
+/// A.
 ///
-/// Scenes: renders every method at every sample count, round by round, and writes compare.json, compare.md and a plot a
-/// scene. Pictures: the metrics of B.exr against A.exr, without a GPU.
+/// With scenes, every method is rendered at every sample count, round by round; compare.json, compare.md and a plot for
+/// each scene are written. With two pictures, the metrics of B.exr against A.exr are computed, without a GPU.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Scenes (a built-in name, a manifest, a .gltf or .glb file), or two pictures: A.exr, the reference, and B.exr.
     #[arg(required = true, value_name = "SCENE… | A.exr B.exr")]
     inputs: Vec<String>,
-    /// Pixels per degree of visual angle, for FLIP; the default is 0.7 m from a 0.7 m wide screen of 3840 pixels.
+    /// Pixels per degree of visual angle, for FLIP; the default belongs to a screen 0.7 m wide with 3840 pixels, seen
+    /// from 0.7 m.
     #[arg(long, default_value_t = flip::PIXELS_PER_DEGREE)]
     pixels_per_degree: f32,
     /// Linear factor before the tone map, for two pictures; scenes have their own.
@@ -48,108 +50,116 @@ pub struct Args {
     scenes: SceneArgs,
 }
 
-/// What only scenes ask for.
+/// Options of comparisons over scenes.
 #[cfg(feature = "gpu")]
 #[derive(Debug, clap::Args)]
 struct SceneArgs {
     #[command(flatten)]
     outside: Outside,
-    /// What is compared: reflections, or ways to occlude ambient light (--seeds, --size, --view, -o and --device as ever).
+    /// What is compared: reflections, or methods of ambient occlusion (--seeds, --size, --view, -o and --device work
+    /// for both).
     #[arg(long, value_enum, default_value_t = Effect::Reflections)]
     effect: Effect,
     #[command(flatten)]
     ao: Reach,
-    /// With --effect ao, poses of the path that the methods are followed along; 0: no path.
+    /// With --effect ao, the number of poses along a path on which the methods are compared; 0: no path.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     poses: u32,
-    /// Follow a path of the head instead of standing still, each frame against its own reference: one of the scenes' paths,
-    /// `still`, `sway` or `cut`, or a file of recorded head poses. Writes sequence.json, sequence.md and a drawing a scene.
+    /// Follow a path of the head instead of standing still, and compare each frame with its own reference. The path is
+    /// one of the scenes' paths, `still`, `sway` or `cut`, or a file of recorded head poses. Writes sequence.json,
+    /// sequence.md and a drawing for each scene.
     #[arg(long, conflicts_with_all = ["effect", "fallback", "sheets", "cache", "seeds", "poses"])]
     path: Option<String>,
-    /// With --path, its first frames; all by default.
+    /// With --path, the number of its first frames to render; all by default.
     #[arg(long, requires = "path", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     frames: Option<u32>,
     /// How methods that accumulate frames weigh a new frame against those before it.
     #[arg(long, value_enum, default_value_t = Temporal::Variance)]
     temporal: Temporal,
-    /// The first is the baseline: what the others are divided by. NAME@N has N rays a pixel whatever --spp says.
+    /// Methods to compare. The first is the baseline, by which the others are divided. NAME@N has N rays per pixel
+    /// whatever --spp says.
     #[arg(long, value_delimiter = ',', default_value = "sssr,stereo")]
     methods: Vec<String>,
-    /// Rays a pixel. The equal-time table takes two or more.
+    /// Numbers of rays per pixel. The equal-time table needs two or more.
     #[arg(long, value_delimiter = ',', default_value = "1,2,4", value_parser = clap::value_parser!(u32).range(1..=65536))]
     spp: Vec<u32>,
-    /// Rounds, each with its own random seed. 64 or more make the systematic inconsistency sharp.
+    /// Number of rounds, each with its own random seed. With 64 or more the systematic inconsistency becomes precise.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     seeds: u32,
     /// Pixels of one eye, WIDTHxHEIGHT.
     #[arg(long)]
     size: Option<Size>,
-    /// Paths a pixel of the reference.
+    /// Paths per pixel of the reference.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=65536))]
     reference_spp: Option<u32>,
-    /// The reference stops before --reference-spp where the mean relative standard error of its reflecting pixels is at most
-    /// this, such as 1%; and without --reference-spp it may take 65536 paths. Not with --path or --effect ao.
+    /// Stop a reference when the mean relative standard error of its reflecting pixels is at most this, such as 1%.
+    /// Without --reference-spp it may then take up to 65536 paths. Not with --path or --effect ao.
     #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "path")]
     until: Option<f64>,
-    /// What unknown rays see; `both`: black and the scene's own.
+    /// What stands in for what lost rays would have seen; `both`: once black, and once the scene's own fallback.
     #[arg(long, value_enum, default_value_t = FallbackArg::Black)]
     fallback: FallbackArg,
     /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
     #[arg(long, default_value_t = 0.1)]
     edge_fade: f32,
-    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator with all that belongs to it.
+    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator, with everything that belongs
+    /// to it.
     #[arg(long, value_enum, default_value_t = Reuse::Balance)]
     reuse: Reuse,
-    /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
+    /// What is done with taps that are much brighter than their pixel: `bounded-share` with --reuse balance, else
+    /// `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
-    /// How rays through the scene's geometry find what they hit, those of the reference included.
+    /// How rays through the scene's geometry find what they hit; this includes the rays of the reference.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,
-    /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
+    /// Samples along a side of each pixel, for surfaces and their light; reflections keep their rate. 1: no
+    /// antialiasing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     antialias: u32,
-    /// Indirect diffuse light, gathered once a scene, instead of the environment's.
+    /// Use indirect diffuse light, gathered once for each scene, instead of the environment's.
     #[arg(long)]
     indirect: bool,
-    /// Let every light go through everything, as in the paper.
+    /// Let lights cast no shadows, as in the paper.
     #[arg(long)]
     no_shadows: bool,
-    /// The right eye takes from the left one what lights put on the places that both see. `auto`: where the lights cost more
-    /// than the test; `always`: wherever there is a light.
+    /// Reuse for the right eye what the left eye computed of the lights, on places that both eyes see. `auto`: where
+    /// the lights cost more than the test; `always`: wherever there is a light.
     #[arg(long, value_enum, default_value_t = ShadingReuse::Off, num_args = 0..=1, default_missing_value = "auto",
           require_equals = true)]
     shading_reuse: ShadingReuse,
-    /// One of the scenes' views; each scene's first by default.
+    /// One of the scenes' views; by default each scene's first.
     #[arg(long)]
     view: Option<String>,
-    /// Where references are kept; `references` in the user's cache folder by default.
+    /// Folder in which references are kept; by default `references` in the user's cache folder.
     #[arg(long)]
     cache: Option<PathBuf>,
-    /// Keeps each scene's results in this folder as soon as it is measured, and takes from there what an earlier run with
-    /// the same options, program and device has kept, its times included, instead of measuring again. Not with --path.
+    /// Keep each scene's results in this folder as soon as they are measured. Results that an earlier run with the same
+    /// options, program and device has kept there are used, their times included, instead of measuring again. Not with
+    /// --path.
     #[arg(long, value_name = "DIR", conflicts_with = "path")]
     keep: Option<PathBuf>,
-    /// One part of the scenes, `i/n` with i from 0 to n − 1, for many machines: their results go to --keep, or their
-    /// references to --cache, and no report is written; the same command without --shard then finds all there and writes
-    /// it. docs/cluster.md.
+    /// Do one part of the scenes, `i/n` with i from 0 to n − 1, so that many machines can share them. The results go to
+    /// --keep, or the references to --cache, and no report is written. The same command without --shard then finds all
+    /// of them there and writes the report; see docs/cluster.md.
     #[arg(long, value_name = "i/n", conflicts_with = "path")]
     shard: Option<Shard>,
-    /// Make the scenes' references and nothing else.
+    /// Make only the references of the scenes.
     #[arg(long, conflicts_with = "path")]
     references_only: bool,
-    /// Folder for the files; made when missing.
+    /// Folder for the files; it is made when missing.
     #[arg(long, short, default_value = "out")]
     out: PathBuf,
-    /// Writes SCENE_steps.png as well: every method's picture, where the methods differ most, and what the eyes disagree on.
+    /// Also write SCENE_steps.png: the pictures of every method, the places where the methods differ most, and where
+    /// the eyes disagree.
     #[arg(long)]
     sheets: bool,
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
 }
 
-/// A share above 0 and below 100 %, written `1%` or `0.5%`.
+/// Parses a share above 0 and below 100 %, written `1%` or `0.5%`.
 #[cfg(feature = "gpu")]
 fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
@@ -157,7 +167,7 @@ fn percent(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| format!("`{text}` is no percentage above 0 and below 100, such as 1%"))
 }
 
-/// What a comparison is about.
+/// What a comparison compares.
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Effect {
@@ -298,7 +308,7 @@ fn no_networks(named: &NetworkFiles, with: &str) -> Result<(), WrongUsage> {
     }
 }
 
-/// What was done of a comparison that writes no report.
+/// Reports what was done in a comparison that writes no report.
 #[cfg(feature = "gpu")]
 fn part_done(shard: Shard, scenes: &[String], failed: &[Failure], console: &Console) -> anyhow::Result<()> {
     let done = serde_json::json!({ "shard": shard.to_string(), "scenes": scenes, "failed": failed });
@@ -367,7 +377,7 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
     all_done(&report.failed, scenes.len())
 }
 
-/// A scene that failed fails the command.
+/// An error if any scene failed.
 #[cfg(feature = "gpu")]
 fn all_done(failed: &[Failure], scenes: usize) -> anyhow::Result<()> {
     if failed.is_empty() {

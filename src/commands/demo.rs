@@ -1,4 +1,5 @@
-//! `cyclopean demo`: the whole line once, small: stimuli, sessions with simulated observers, analysis, report.
+//! `cyclopean demo`: runs the whole procedure once, in small: stimuli, sessions with simulated observers, analysis,
+//! report.
 
 use std::path::{Path, PathBuf};
 
@@ -18,24 +19,24 @@ use super::device::Size;
 use super::simulated::{STUDIES, Setting, prepare_stimuli, simulate, small};
 use super::stimulus::GpuStimuli;
 
-/// Prepares, runs and analyses the studies with simulated observers, on a small setting.
+/// Prepare, run and analyse the three studies with simulated observers, on small pictures.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder for everything it makes. Stimuli stay for the next time; its sessions are made anew.
+    /// Folder for everything that the demo makes. Stimuli stay for the next time; sessions are made again.
     #[arg(long, short, default_value = "demo")]
     out: PathBuf,
-    /// Simulated observers a study.
+    /// Number of simulated observers in each study.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
     observers: u32,
-    /// Pixels of one eye, WIDTHxHEIGHT; by the device when not given.
+    /// Pixels of one eye, WIDTHxHEIGHT; by default they depend on the device.
     #[arg(long)]
     size: Option<Size>,
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
 }
 
-/// Marks a folder whose sessions the demo may throw away.
+/// Marks a folder whose sessions the demo may delete.
 const MARK: &str = ".cyclopean-demo";
 
 /// See [`Args`].
@@ -93,7 +94,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The folder of this run's sessions, empty. Only a folder that a demo made is ever emptied.
+/// Makes the folder of this run's sessions, empty. Only a folder that a demo made is ever emptied.
 fn fresh_sessions(out: &Path) -> anyhow::Result<PathBuf> {
     let sessions = out.join("sessions");
     let mark = out.join(MARK);
@@ -110,7 +111,7 @@ fn fresh_sessions(out: &Path) -> anyhow::Result<PathBuf> {
     Ok(sessions)
 }
 
-/// The stills, one a condition and method, each once.
+/// The stills as figures, one for each condition and method, without repeats.
 fn figures(studies: &[Study], store: &Store, renderer: &GpuStimuli) -> anyhow::Result<Vec<Figure>> {
     let mut seen: Vec<StimulusRequest> = Vec::new();
     let mut figures = Vec::new();

@@ -1,4 +1,4 @@
-//! Options of everything that is shown in a window.
+//! Options of every command that shows something in a window.
 
 use clap::{Args, ValueEnum};
 
@@ -7,49 +7,50 @@ use crate::display::desktop::{DesktopOptions, Mode};
 /// How a window shows two pictures to two eyes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ModeName {
-    /// Halves of the window: mirror stereoscope, or free viewing with parallel eyes.
+    /// Each eye's picture in one half of the window: for mirror stereoscopes, or free viewing with parallel eyes.
     Sbs,
-    /// Halves of the window, each squeezed to half its width: 3D televisions.
+    /// Each eye's picture in one half of the window, squeezed to half its width: for 3D televisions.
     HalfSbs,
-    /// Halves exchanged: free viewing with crossed eyes.
+    /// As sbs with the halves exchanged: for free viewing with crossed eyes.
     Crossed,
-    /// Red-cyan glasses.
+    /// Red and cyan in one picture: for red-cyan glasses.
     Anaglyph,
-    /// The left eye's picture alone.
+    /// The left eye's picture for both eyes.
     Left,
-    /// The right eye's picture alone.
+    /// The right eye's picture for both eyes.
     Right,
 }
 
-/// Of `--display desktop`.
+/// Options of `--display desktop`.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Desktop")]
 pub struct DeskArgs {
-    /// How each eye is given its own picture.
+    /// How each eye gets its own picture.
     #[arg(long, value_enum, default_value_t = ModeName::Sbs)]
     mode: ModeName,
-    /// Part of the monitor's name, or its number from 1 (`cyclopean doctor` lists them); the primary one by default.
+    /// Part of the monitor's name, or its number from 1 (`cyclopean doctor` lists them); by default the primary
+    /// monitor.
     #[arg(long)]
     monitor: Option<String>,
-    /// A window of so many pixels, `WIDTHxHEIGHT`; the whole monitor by default.
+    /// Size of the window in pixels, `WIDTHxHEIGHT`; by default it fills the monitor.
     #[arg(long, value_name = "WxH", value_parser = size)]
     window: Option<(u32, u32)>,
-    /// Pixels in a degree: π/180 × distance ÷ width of a pixel (40 for 0.26 mm at 60 cm).
+    /// Pixels per degree of visual angle: π/180 × viewing distance ÷ width of a pixel (40 for 0.26 mm at 60 cm).
     #[arg(long, default_value_t = 40.0, value_parser = px_per_degree)]
     px_per_degree: f32,
-    /// Move both eyes' pictures apart by so many pixels: the separation at which infinity is seen far away.
+    /// Move both eyes' pictures apart by this many pixels, until infinity is seen far away.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     apart: i32,
-    /// A square for a photodiode in the lower left corner: white while a stimulus stands.
+    /// Show a square for a photodiode in the lower left corner: white while a stimulus is shown.
     #[arg(long)]
     patch: bool,
-    /// Part of the graphics device's name; the best device by default.
+    /// Part of the graphics device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
 }
 
 impl DeskArgs {
-    /// As the display takes them.
+    /// The options in the form that the display takes.
     pub fn options(&self) -> DesktopOptions {
         let mode = match self.mode {
             ModeName::Sbs => Mode::SideBySide,

@@ -1,4 +1,4 @@
-//! Opening the device for a command, and what a software device changes.
+//! Opens the graphics device for a command, and chooses the defaults that differ on a software device.
 
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -19,12 +19,13 @@ pub fn open(name: Option<&str>) -> Result<Rc<Gpu>, GpuError> {
     Gpu::open(&OwnDevice { name: name.map(str::to_owned) }, &GpuOptions::from_environment())
 }
 
-/// Where what can be made again is kept: `cyclopean` in the user's cache folder, or in the current one without any.
+/// The folder for what can be made again: `cyclopean` in the user's cache folder, or `.cyclopean` in the current folder
+/// where there is no cache folder.
 pub fn cache_folder() -> PathBuf {
     GpuOptions::from_environment().pipeline_cache.unwrap_or_else(|| PathBuf::from(".cyclopean"))
 }
 
-/// Where baked light is kept.
+/// The folder in which baked light is kept.
 pub fn light_folder() -> PathBuf {
     cache_folder().join("references").join("light")
 }
@@ -36,7 +37,7 @@ pub struct Size {
     pub height: u32,
 }
 
-/// The longest side: ray lists pack a coordinate into 14 bits.
+/// The longest side, pixels: ray lists pack a coordinate into 14 bits.
 pub const MAX_SIDE: u32 = 16383;
 
 impl std::str::FromStr for Size {
@@ -51,7 +52,7 @@ impl std::str::FromStr for Size {
     }
 }
 
-/// The size asked for, or the paper's 1920×1080, or 640×360 on a software device, which is said.
+/// The requested size; without one, the paper's 1920×1080, or 640×360 on a software device, which a note says.
 pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size {
     size.unwrap_or_else(|| match gpu.is_cpu() {
         false => Size { width: 1920, height: 1080 },
@@ -62,7 +63,8 @@ pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size
     })
 }
 
-/// The method with the samples asked for; on a software device the reference takes 64 unless told, which is said.
+/// The method with the requested samples. On a software device the reference takes 64 unless told otherwise, which a
+/// note says.
 pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, console: &Console) -> Method {
     let untold = samples.is_none() && method.samples() == 1024;
     if untold && gpu.is_cpu() && method.parts().answer == HitSource::PathTraced && !method.parts().resolved {
@@ -72,14 +74,14 @@ pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, conso
     method.with_samples(samples)
 }
 
-/// Settings of this size.
+/// Settings for pictures of this size.
 pub fn settings(size: Size, seed: u32) -> Settings {
     Settings { width: size.width, height: size.height, seed, ..Settings::default() }
 }
 
-/// Settings of a view that is rendered frame by frame. Rays to every light are affordable there where hardware answers
-/// them; elsewhere shadows are looked up in maps. On a software device that look-up costs more than the rest of a frame,
-/// and lights go through everything.
+/// Settings for a view that is rendered frame by frame. Where hardware answers rays, rays to every light are fast
+/// enough; elsewhere shadows are looked up in maps. On a software device that look-up costs more than the rest of a
+/// frame, so lights cast no shadows there.
 pub fn live_settings(gpu: &Gpu, size: Size) -> Settings {
     let shadows_by = if fast_ray_queries(gpu, Trace::Auto) { Shadows::Rays } else { Shadows::Maps };
     Settings { shadows: !gpu.is_cpu(), shadows_by, ..settings(size, 1) }

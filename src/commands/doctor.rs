@@ -1,4 +1,4 @@
-//! `cyclopean doctor`: what this machine has, what is missing, and the command that mends it.
+//! `cyclopean doctor`: reports what this machine has, what is missing, and the command that installs it.
 
 use std::rc::Rc;
 
@@ -12,26 +12,26 @@ use crate::gpu::{Gpu, GpuError, list_devices};
 
 use super::device;
 
-/// Says what this machine has, what is missing, and the command that mends it.
+/// Report what this machine has, what is missing, and the command that installs it.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
-    /// Fail where only a software device renders, as on a computer or a cluster's node without a graphics card.
+    /// Fail if only a software device renders, as on a computer or a cluster's node without a graphics card.
     #[arg(long)]
     hardware: bool,
 }
 
-/// One thing that was looked at.
+/// One thing that was looked for.
 #[derive(Debug, Serialize)]
 struct Finding {
     what: &'static str,
     ok: bool,
-    /// Needed by `render`, `prepare` and `demo`; the rest is for displays and tests.
+    /// Whether `render`, `prepare` and `demo` need it; the rest is for displays and tests.
     needed: bool,
     found: String,
-    /// The command that mends it.
+    /// The command that installs or repairs it.
     #[serde(skip_serializing_if = "Option::is_none")]
     mend: Option<&'static str>,
 }
@@ -55,7 +55,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             console.line(format!("         {:<18} {mend}", ""));
         }
     }
-    // For scripts: what renders here, if anything does.
+    // For scripts: the device that renders here, if there is one.
     let device = gpu.as_ref().ok().map(|gpu| gpu.info());
     let software = gpu.as_ref().ok().map(|gpu| gpu.is_cpu());
     console.object(&serde_json::json!({ "findings": findings, "device": device, "software": software }))?;
@@ -95,7 +95,8 @@ fn opened(gpu: &Result<Rc<Gpu>, GpuError>) -> Finding {
     Finding { what: "device in use", ok, needed: true, found, mend: Some(MEND_VULKAN) }
 }
 
-/// Whether hardware renders: software gives the same kind of pictures, later, and with addresses of their own.
+/// Whether hardware renders. Software renders the same kind of pictures more slowly, and its stimuli have addresses of
+/// their own.
 fn card(gpu: Option<&Gpu>, needed: bool) -> Finding {
     let (ok, found) = match gpu {
         Some(gpu) if gpu.is_cpu() => {

@@ -1,6 +1,7 @@
-//! One file a subcommand: its arguments (`Args`) and `run(args, &Console) -> anyhow::Result<()>`.
+//! The subcommands, one in each file: its arguments (`Args`) and `run(args, &Console) -> anyhow::Result<()>`.
 //!
-//! Exit codes: 0 done, 1 it failed, 2 wrong usage (clap's own, [`WrongUsage`], and a light that there cannot be).
+//! Exit codes: 0 done, 1 failed, 2 wrong usage (reported by clap, by [`WrongUsage`], or for a light whose values are
+//! out of range).
 
 #[cfg(feature = "gpu")]
 mod ao;
@@ -52,7 +53,7 @@ use crate::console::Console;
 use crate::scene::SceneError;
 use crate::study::validate::StudyError;
 
-/// A request that can never work as written, whatever the machine: exit code 2.
+/// A request that can never work as written, on any machine: exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct WrongUsage(pub String);
@@ -61,7 +62,7 @@ pub struct WrongUsage(pub String);
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true)]
 struct Cli {
-    /// One JSON object on stdout; everything else goes to stderr.
+    /// Print one JSON object on stdout; everything else goes to stderr.
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
@@ -127,7 +128,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<()> {
     }
 }
 
-/// Parses the arguments, runs the command, turns its failure into one sentence and an exit code.
+/// Parses the arguments, runs the command, and turns a failure into one sentence and an exit code.
 pub fn main() -> ExitCode {
     crate::console::start();
     let cli = Cli::try_parse().unwrap_or_else(|error| terminal::exit_usage(&error));
@@ -135,7 +136,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             match error.downcast_ref::<StudyError>() {
-                // The problems of a study file stand a line each, and each is one line already.
+                // The problems of a study file are printed one on each line; each is escaped already.
                 Some(error @ StudyError::Invalid { .. }) => terminal::say(&format!("error: {error}\n")),
                 _ => terminal::say_error("error", error.as_ref()),
             }
@@ -144,7 +145,8 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// A light outside its range is a value that was asked for, as an option's is: no machine and no other file changes it.
+/// Whether an error is wrong usage. A light outside its range counts as a wrong value of an option does, because no
+/// machine and no other file changes it.
 fn is_wrong_usage(error: &anyhow::Error) -> bool {
     let is_light = error.downcast_ref::<SceneError>().is_some_and(|e| matches!(e, SceneError::Light { .. }));
     is_light || error.downcast_ref::<WrongUsage>().is_some()

@@ -1,11 +1,11 @@
-//! The option of every command that loads scenes of other people.
+//! The option of every command that loads scenes from other people.
 
 use crate::scene::Loading;
 
 /// Where a scene's files may lie.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub struct Outside {
-    /// Let a glTF file (and the side-car beside it) read files outside its folder: by `..` or through a symbolic link.
+    /// Let a glTF file, and the side-car beside it, name files outside its folder, by `..` or through a symbolic link.
     #[arg(long)]
     allow_outside: bool,
 }

@@ -1,4 +1,4 @@
-//! `cyclopean paper`: the publications' tables and figures, made again on one page.
+//! `cyclopean paper`: makes the publications' tables and figures again, on one page.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -26,49 +26,49 @@ use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
 use crate::study::store::Store;
 use crate::study::validate;
 
-/// Makes the publications' tables and figures again, ours beside theirs, on one page.
+/// Make the publications' tables and figures again, and show them beside the printed numbers on one page.
 ///
-/// Everything that is finished is kept in OUT/work: after Ctrl-C, a crash or a power cut the same command goes on, and in
-/// a finished folder it measures nothing and writes the same page. docs/paper.md.
+/// Everything that is finished is kept in OUT/work. After Ctrl-C, a crash or a power cut, the same command goes on. In
+/// a finished folder it measures nothing and writes the same page again. See docs/paper.md.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder for the page, the comparisons and what is kept of them; made when missing.
+    /// Folder for the page, the comparisons and what is kept of them; it is made when missing.
     #[arg(long, short, default_value = "paper")]
     out: PathBuf,
-    /// Small pictures and few rounds: ten minutes at the most on two processor cores. Otherwise everything has the
-    /// publications' sizes and counts, and how long that takes is measured and said beforehand.
+    /// Use small pictures and few rounds, which takes at most ten minutes on two processor cores. Without this,
+    /// everything has the publications' sizes and counts; the time for it is measured and stated beforehand.
     #[arg(long)]
     quick: bool,
-    /// Say what would be made and how long that takes on this device, and make nothing.
+    /// Only say what would be made, and how long it would take on this device.
     #[arg(long)]
     dry_run: bool,
-    /// What is made; what is left out says so on the page.
+    /// The parts to make; the page says which were left out.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "methods,ao,sessions")]
     parts: Vec<Part>,
-    /// The scenes of the tables: built-in names, manifests, .gltf or .glb files. Figures that belong to one scene of the
-    /// publication take the first of these where it is not among them.
+    /// The scenes of the tables: built-in names, manifests, .gltf or .glb files. A figure that needs one scene of the
+    /// publication takes the first of these if that scene is not among them.
     #[arg(long, value_delimiter = ',', default_value = "pica,room,wine,pink,temple")]
     scenes: Vec<String>,
-    /// Pixels of one eye of every picture, WIDTHxHEIGHT.
+    /// Pixels of one eye in every picture, WIDTHxHEIGHT.
     #[arg(long)]
     size: Option<Size>,
-    /// Rounds of every table.
+    /// Number of rounds of every table.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     seeds: Option<u32>,
-    /// Paths a pixel of every reference.
+    /// Paths per pixel of every reference.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=65536))]
     reference_spp: Option<u32>,
-    /// Journals or folders of journals of the studies `consistency`, `quality` and `ablation`. By default sessions are
+    /// Journals of the studies `consistency`, `quality` and `ablation`, or folders of them. By default sessions are
     /// simulated, and everything that follows from them is stamped so.
     #[arg(long, num_args = 1.., value_name = "DIR")]
     sessions: Vec<PathBuf>,
-    /// Simulated observers a study.
+    /// Number of simulated observers in each study.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000), conflicts_with = "sessions")]
     observers: u32,
-    /// Where references are kept; `references` in the user's cache folder by default.
+    /// Folder in which references are kept; by default `references` in the user's cache folder.
     #[arg(long)]
     cache: Option<PathBuf>,
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
     #[command(flatten)]
@@ -83,7 +83,7 @@ pub struct Args {
 /// Wrong usage, no device, a disk that cannot be written, Ctrl-C, or a scene that failed: the page is written all the same.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let mut request = request(&args)?;
-    // Fail before the work, not after it.
+    // Networks and sessions are read first, so that an error comes before the work and not after it.
     let [width, height] = request.scale.size;
     request.networks = args.networks.load((width as usize, height as usize))?;
     let given = (!args.sessions.is_empty()).then(|| gather(&args.sessions)).transpose()?;
@@ -153,7 +153,7 @@ fn gather(folders: &[PathBuf]) -> anyhow::Result<ReportInput> {
     Ok(ReportInput::gather(folders, &Selection::default(), &options)?)
 }
 
-/// Removes what runs that were killed have left half-made.
+/// Removes what killed runs left half-made.
 fn sweep(request: &Request) -> anyhow::Result<()> {
     let work = request.work();
     let folders = [request.out.clone(), work.clone(), work.join("sessions"), work.join("studies"), request.kept()];
@@ -169,7 +169,7 @@ fn setting(request: &Request) -> Setting {
     Setting { width_px, height_px, reference_samples: request.scale.study_paths }
 }
 
-/// A piece for each study that sessions are simulated of.
+/// The pieces of work: one for each study of which sessions are simulated.
 fn study_pieces(request: &Request, observers: u32) -> anyhow::Result<Vec<Piece>> {
     let mut known: Vec<StimulusRequest> = Vec::new();
     let mut pieces = Vec::new();
@@ -189,7 +189,8 @@ fn study_pieces(request: &Request, observers: u32) -> anyhow::Result<Vec<Piece>>
     Ok(pieces)
 }
 
-/// Sessions of all three studies, kept under the hash of what they follow from; gives their folders.
+/// Simulates the sessions of all three studies; they are kept under the hash of everything they follow from. Returns
+/// their folders.
 fn simulate(
     gpu: &Rc<Gpu>,
     request: &Request,
@@ -212,7 +213,7 @@ fn simulate(
         let keys = requests.iter().map(|r| renderer.identity(r)).collect::<anyhow::Result<Vec<_>>>()?;
         let all = serde_json::json!([env!("CARGO_PKG_VERSION"), study.text, keys]);
         let folder = root.join(format!("{name}-{}", &sha256_hex(&serde_json::to_vec(&all)?)[..16]));
-        // The folder gets its name when every session in it is whole.
+        // The folder gets its final name when every session in it is whole.
         if folder.is_dir() {
             console.note(format!("{name}: kept from {}", folder.display()));
         } else {
@@ -226,7 +227,7 @@ fn simulate(
     Ok(folders)
 }
 
-/// What will be made, comparison by comparison.
+/// Prints what will be made, comparison by comparison.
 fn say_plan(request: &Request, pieces: &[Piece], speeds: Option<&Speeds>, progress: &Progress<'_>, console: &Console) {
     let [width, height] = request.scale.size;
     console.note(format!(

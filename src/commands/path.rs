@@ -1,4 +1,4 @@
-//! The head path that a command follows: one of the scene's, or one that was recorded.
+//! The path of the head that a command follows: one of the scene's, or a recorded one.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -11,10 +11,10 @@ use super::WrongUsage;
 use crate::scene::{HeadKey, HeadPath, Scene, View};
 use crate::study::poses::{self, LONGEST_LINE, PoseLine};
 
-/// Frames a second of a recorded path: a headset's.
+/// Frames per second of a recorded path, as in a headset.
 const RECORDED_RATE_HZ: f64 = 90.0;
 
-/// The path of this name, or the recorded one in the file of this name (`SESSION.poses.jsonl`), which then begins in
+/// The path of this name; or the recorded path in the file of this name (`SESSION.poses.jsonl`), which then begins in
 /// `view`.
 ///
 /// # Errors
@@ -29,7 +29,8 @@ pub fn head_path(scene: &Scene, view: &View, name: &str) -> anyhow::Result<HeadP
     })
 }
 
-/// Where the recorded head moved from its first pose, the scene moves from the view; up stays up.
+/// Reads a recorded path. Moves and turns from the recorded head's first pose become moves and turns from the view; up
+/// stays up.
 fn recorded(file: &Path, view: &View) -> anyhow::Result<HeadPath> {
     let source = files::open(file)?;
     let length = source.metadata()?.len();
@@ -46,7 +47,7 @@ fn recorded(file: &Path, view: &View) -> anyhow::Result<HeadPath> {
         let (first, level) =
             *start.get_or_insert_with(|| (position, heading(view.world_from_view) * heading(turned).inverse()));
         let time_s = pose.t_ns as f64 * 1e-9;
-        // After a resumption a pose may stand twice, or earlier ones once more.
+        // After a resumed session a pose may occur twice, or earlier poses once more.
         if keys.last().is_none_or(|k| time_s > k.time_s) {
             let position = view.position + level * (position - first);
             keys.push(HeadKey { time_s, position, world_from_view: level * turned, cut: false });
@@ -56,7 +57,7 @@ fn recorded(file: &Path, view: &View) -> anyhow::Result<HeadPath> {
     Ok(HeadPath::new(&name, RECORDED_RATE_HZ, keys)?)
 }
 
-/// The turn about the vertical axis alone.
+/// The part of a turn that is about the vertical axis.
 fn heading(world_from_view: DQuat) -> DQuat {
     let ahead = world_from_view * DVec3::NEG_Z;
     DQuat::from_rotation_y((-ahead.x).atan2(-ahead.z))

@@ -1,4 +1,4 @@
-//! `cyclopean compare A.exr B.exr`: one picture against another, without a GPU.
+//! `cyclopean compare A.exr B.exr`: compares one picture with another, without a GPU.
 
 use std::path::{Path, PathBuf};
 
@@ -11,9 +11,9 @@ use crate::metrics::{Judge, Networks, Scores};
 use crate::picture::{self, PictureError, StereoPicture};
 use crate::scene::Eye;
 
-/// Of the tone map and of FLIP.
+/// Settings of the tone map and of FLIP.
 pub struct Display {
-    /// The reference's, for both pictures: an EXR does not say.
+    /// Exposure of the reference, used for both pictures, because an EXR does not state one.
     pub exposure: f32,
     pub pixels_per_degree: f32,
 }
@@ -31,12 +31,12 @@ struct Report {
     right: EyeScores,
 }
 
-/// Null: neither file has that layer, or nothing in it counts.
+/// Scores of one eye. Null: a file lacks that layer, or no pixel counts.
 #[derive(Debug, Serialize)]
 struct EyeScores {
-    /// All pixels.
+    /// Scores over all pixels.
     composite: Option<LayerScores>,
-    /// The layer `reflection`, where the reference's is not black.
+    /// Scores of the layer `reflection`, over the pixels where the reference's is not black.
     reflection: Option<LayerScores>,
 }
 
@@ -55,7 +55,7 @@ struct LayerScores {
 /// Compares `picture` with `reference`.
 ///
 /// # Errors
-/// A file that cannot be read, pictures of two sizes, or a network that cannot compare them.
+/// A file that cannot be read, pictures of different sizes, or a network that cannot compare them.
 pub fn compare(
     reference: &Path,
     picture: &Path,
@@ -103,7 +103,7 @@ pub fn compare(
     Ok(())
 }
 
-/// The reflection alone, where the file has it.
+/// Reads the layer of the reflection alone, if the file has it.
 fn layer(path: &Path) -> Result<Option<StereoPicture>, PictureError> {
     match picture::has_layer(path, "reflection")? {
         true => picture::read_exr(path, "reflection").map(Some),

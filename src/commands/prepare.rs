@@ -1,4 +1,4 @@
-//! `cyclopean prepare`: a study's stimuli, rendered into the store.
+//! `cyclopean prepare`: renders a study's stimuli into the store.
 
 use std::path::PathBuf;
 
@@ -10,19 +10,19 @@ use crate::study::stimulus::StimulusRenderer;
 use crate::study::store::Store;
 use crate::study::validate::{self, StudyError};
 
-/// Render a study's stimuli into the store; what is there and whole is not rendered again.
+/// Render a study's stimuli into the store; stimuli that are there and whole are not rendered again.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The study: a file, or the name of one in `studies/`.
+    /// The study: a file, or the name of a study in `studies/`.
     study: PathBuf,
     /// The folder of prepared stimuli.
     #[arg(long, default_value = "store")]
     store: PathBuf,
-    /// One part of the work, `i/n` with i from 0 to n − 1; the same command without it then finds all there. For many
-    /// machines: docs/cluster.md.
+    /// Do one part of the work, `i/n` with i from 0 to n − 1. When all parts are done, the same command without --shard
+    /// finds everything. For many machines see docs/cluster.md.
     #[arg(long, value_name = "i/n")]
     shard: Option<Shard>,
-    /// List what is missing and estimate the time; render nothing.
+    /// List what is missing and estimate the time, but render nothing.
     #[arg(long)]
     dry_run: bool,
 }
@@ -58,7 +58,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     run_with(args, console, &mut *renderer()?)
 }
 
-/// [`run`] with a renderer in hand.
+/// [`run`] with a renderer that the caller has.
 ///
 /// # Errors
 /// As [`run`].

@@ -1,4 +1,4 @@
-//! `cyclopean render`: one stereo still.
+//! `cyclopean render`: renders one stereo still, or with `--path` a sequence.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,32 +25,32 @@ use super::device::{self, Size};
 use super::outside::Outside;
 use super::sequence::{self, Sequence};
 
-/// Renders a stereo image: multi-view EXR, side-by-side PNG, render.json. With --path, a sequence of them.
+/// Render a stereo image as multi-view EXR and side-by-side PNG, with render.json; with --path, a sequence of images.
 #[derive(Debug, ClapArgs)]
 #[command(after_help = methods())]
 pub struct Args {
-    /// A built-in name, a manifest (.json), or a .gltf or .glb file.
+    /// The scene: a built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
     #[command(flatten)]
     outside: Outside,
-    /// A method's name, or NAME@N for N rays a pixel.
+    /// The method's name, or NAME@N for N rays per pixel.
     #[arg(long, short)]
     method: String,
-    /// One of the scene's views; its first by default.
+    /// One of the scene's views; by default its first.
     #[arg(long)]
     view: Option<String>,
     /// Pixels of one eye, WIDTHxHEIGHT.
     #[arg(long)]
     size: Option<Size>,
-    /// Rays (or paths) a pixel.
+    /// Rays (or paths) per pixel.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=65536))]
     spp: Option<u32>,
-    /// Frames to time, all alike: times are medians, and the first of several only warms up; 1 by default. With --path, the
-    /// first frames of the path; all by default.
+    /// Number of equal frames to time; 1 by default. Times are medians, and the first of several frames only warms up.
+    /// With --path, the number of its first frames to render; all by default.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
-    /// Render the frames of a path of the head as numbered files: one of the scene's paths, `still`, `sway` or `cut`, or a
-    /// file of recorded head poses (SESSION.poses.jsonl).
+    /// Render the frames along a path of the head as numbered files. The path is one of the scene's paths, `still`,
+    /// `sway` or `cut`, or a file of recorded head poses (SESSION.poses.jsonl).
     #[arg(long)]
     path: Option<String>,
     /// How methods that accumulate frames weigh a new frame against those before it.
@@ -59,28 +59,30 @@ pub struct Args {
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u32,
-    /// Folder for the files; made when missing.
+    /// Folder for the files; it is made when missing.
     #[arg(long, short, default_value = "out")]
     out: PathBuf,
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
-    /// What unknown rays see, instead of what the scene says.
+    /// What stands in for what lost rays would have seen, instead of what the scene says.
     #[arg(long, value_enum)]
     fallback: Option<FallbackArg>,
-    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator with all that belongs to it.
+    /// How the taps of the spatial reuse are weighted. `ratio` is the published estimator, with everything that belongs
+    /// to it.
     #[arg(long, value_enum, default_value_t = Reuse::Balance)]
     reuse: Reuse,
-    /// What is done with taps much brighter than their pixel: `bounded-share` with --reuse balance, else `none`.
+    /// What is done with taps that are much brighter than their pixel: `bounded-share` with --reuse balance, else
+    /// `none`.
     #[arg(long, value_enum)]
     firefly: Option<Firefly>,
-    /// The random streams of the two eyes.
+    /// How the random numbers of the two eyes are related.
     #[arg(long, value_enum, default_value_t = Streams::Independent)]
     streams: Streams,
     /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
     #[arg(long, default_value_t = 0.1)]
     edge_fade: f32,
-    /// What occludes ambient light.
+    /// The method of ambient occlusion.
     #[arg(long, value_enum, default_value_t = Ao::None)]
     ao: Ao,
     #[command(flatten)]
@@ -88,28 +90,29 @@ pub struct Args {
     /// How rays through the scene's geometry find what they hit.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,
-    /// Samples along a side of each pixel, of surfaces and their light; reflections keep their rate. 1: no antialiasing.
+    /// Samples along a side of each pixel, for surfaces and their light; reflections keep their rate. 1: no
+    /// antialiasing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     antialias: u32,
-    /// How the shadows of lights on the views are found.
+    /// How the shadows that lights cast in the views are found.
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     shadows: Shadows,
-    /// Let every light go through everything, as in the paper.
+    /// Let lights cast no shadows, as in the paper.
     #[arg(long, conflicts_with = "shadows")]
     no_shadows: bool,
-    /// The right eye takes from the left one what lights put on the places that both see. `auto`: where the lights cost more
-    /// than the test; `always`: wherever there is a light.
+    /// Reuse for the right eye what the left eye computed of the lights, on places that both eyes see. `auto`: where
+    /// the lights cost more than the test; `always`: wherever there is a light.
     #[arg(long, value_enum, default_value_t = ShadingReuse::Off, num_args = 0..=1, default_missing_value = "auto",
           require_equals = true)]
     shading_reuse: ShadingReuse,
-    /// Indirect diffuse light, gathered once a scene and kept in the user's cache folder. Instead of the environment's, it
-    /// lights what the views and the rays see.
+    /// Use indirect diffuse light, gathered once for each scene and kept in the user's cache folder. It replaces the
+    /// environment's diffuse light in everything that the views and the rays see.
     #[arg(long)]
     indirect: bool,
-    /// Say which parts of the frame run, which are left out, and why.
+    /// Print which parts of the frame run, which are left out, and why.
     #[arg(long)]
     explain: bool,
-    /// Run every pass, needed or not; the image must not change.
+    /// Run every pass, whether needed or not; the image must not change.
     #[arg(long)]
     all_passes: bool,
 }
@@ -145,7 +148,8 @@ struct Report<'a> {
     scene_sha256: &'a str,
     view: &'a str,
     method: String,
-    /// What was rendered: another name where the method stands for what suits the device.
+    /// The method that was rendered; its name differs where the requested method stands for the one that suits the
+    /// device.
     rendered_method: &'a str,
     width: u32,
     height: u32,
@@ -209,7 +213,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         return sequence::run(&gpu, &of, console);
     }
     let frames = args.frames.unwrap_or(1);
-    // Fail before the work, not after it.
+    // The folder is made first, so that an error comes before the work and not after it.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make the folder {}", args.out.display()))?;
 
     let camera = view.stereo_camera(settings.aspect());
@@ -259,7 +263,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes `STEM.exr`, `STEM.png` and, where ambient light is occluded, `STEM_ao.png`, and gives their paths.
+/// Writes `STEM.exr`, `STEM.png` and, where ambient light is occluded, `STEM_ao.png`; returns their paths.
 ///
 /// # Errors
 /// [`picture::PictureError`] naming the file.
@@ -287,7 +291,7 @@ pub fn write(folder: &Path, stem: &str, rendered: &Rendered) -> Result<Vec<PathB
     Ok(files)
 }
 
-/// A visibility as RGBA bytes: black 0, white 1, even steps between.
+/// A visibility as RGBA bytes: black for 0, white for 1, linear in between.
 fn grey(visibility: f32) -> [u8; 4] {
     let level = (visibility.clamp(0.0, 1.0) * 255.0).round() as u8;
     [level, level, level, 255]

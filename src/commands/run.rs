@@ -1,4 +1,4 @@
-//! `cyclopean run`: one session of a study.
+//! `cyclopean run`: runs one session of a study.
 
 use std::io::{BufRead, IsTerminal, Read};
 use std::path::{Path, PathBuf};
@@ -33,12 +33,12 @@ use crate::study::writer::Durability;
 /// Run one session of a study.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The study: a file, or the name of one in `studies/`.
+    /// The study: a file, or the name of a study in `studies/`.
     study: PathBuf,
-    /// A pseudonym: 1 to 32 letters, digits, `-` and `_`.
+    /// The participant's pseudonym: 1 to 32 letters, digits, `-` and `_`.
     #[arg(long)]
     participant: String,
-    /// Where it is shown.
+    /// The display that shows the session.
     #[arg(long, value_enum, default_value_t = DisplayKind::Headless)]
     display: DisplayKind,
     /// The folder of all sessions.
@@ -47,23 +47,23 @@ pub struct Args {
     /// The folder of prepared stimuli.
     #[arg(long, default_value = "store")]
     store: PathBuf,
-    /// Somebody tries the study out: kept apart from real data.
+    /// Somebody tries the study out; the session is kept apart from real data.
     #[arg(long, conflicts_with = "simulate")]
     pilot: bool,
-    /// A seeded observer answers: kept apart from real data.
+    /// A seeded simulated observer answers; the session is kept apart from real data.
     #[arg(long)]
     simulate: bool,
-    /// Go on with the participant's unfinished session.
+    /// Resume the participant's unfinished session.
     #[arg(long)]
     resume: bool,
     /// Answer the operator's questions with yes.
     #[arg(long)]
     yes: bool,
-    /// Refuse when anything differs from this frozen study.
+    /// Refuse to run if anything differs from this frozen study.
     #[arg(long, value_name = "FOLDER")]
     frozen: Option<PathBuf>,
-    /// Refresh rate, Hz: what a headless display pretends to have (90 by default), or what a monitor has that does not
-    /// say it, or says it wrongly.
+    /// Refresh rate, Hz: for a headless display the rate that it pretends to have (90 by default), or the rate of a
+    /// monitor that states none or a wrong one.
     #[arg(long)]
     hz: Option<f64>,
     /// Do not wait for the disk; simulated observers only.
@@ -158,21 +158,21 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
     }
     match args.display {
         DisplayKind::Headless if !args.simulate => Err(WrongUsage(
-            "--display headless shows nothing to nobody: add --simulate for a simulated observer".to_owned(),
+            "--display headless shows nothing: add --simulate for a simulated observer".to_owned(),
         )
         .into()),
         DisplayKind::Headless => Ok(()),
         _ if args.simulate => {
-            Err(WrongUsage("--simulate: simulated observers sit at `--display headless` alone".to_owned()).into())
+            Err(WrongUsage("--simulate: a simulated observer answers only with `--display headless`".to_owned()).into())
         }
         _ => Ok(()),
     }
 }
 
-/// Nobody types more for yes or no.
+/// The most bytes of an answer, more than anybody types for yes or no.
 const MOST_ANSWER: u64 = 4096;
 
-/// States how long the session stood still and asks whether to go on.
+/// States how long the session was interrupted, and asks whether to go on.
 fn ask_to_resume(args: &Args, study: &Study, console: &Console) -> anyhow::Result<()> {
     let place = Sessions::new(Disk::real(), &args.sessions, &study.definition.id).unfinished(&args.participant)?;
     let said = match last_words(&place.journal)? {
@@ -197,7 +197,7 @@ fn ask_to_resume(args: &Args, study: &Study, console: &Console) -> anyhow::Resul
     Ok(())
 }
 
-/// Number of whole lines, and minutes since the last.
+/// The number of whole lines of a journal, and the minutes since the last one.
 fn last_words(journal: &Path) -> anyhow::Result<Option<(u64, f64)>> {
     if std::fs::metadata(journal).with_context(|| format!("cannot read {}", journal.display()))?.len() == 0 {
         return Ok(None);

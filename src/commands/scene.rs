@@ -1,4 +1,4 @@
-//! `cyclopean scene list|check|export`: what scenes there are, what is in one, a built-in as glTF.
+//! `cyclopean scene list|check|export`: lists the scenes, reports what is in one, and writes a built-in one as glTF.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::scene::manifest::{Geometry, Manifest};
 use crate::scene::survey::{Survey, survey};
 use crate::scene::{self, Loading, Treatment, builtin};
 
-/// Lists, checks and exports scenes.
+/// List, check and export scenes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -22,26 +22,26 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Action {
-    /// The built-in scenes with their counts and views.
+    /// List the built-in scenes with their counts and views.
     List,
-    /// Loads a scene and says what it holds, what was mended and what to look out for.
+    /// Load a scene and report what it holds, what was repaired, and what to be careful about.
     Check {
-        /// A built-in name, a manifest (.json), or a .gltf or .glb file.
+        /// The scene: a built-in name, a manifest (.json), or a .gltf or .glb file.
         scene: String,
-        /// Scales a built-in scene's triangle count (0.01–4).
+        /// Scale the triangle count of a built-in scene by this factor (0.01–4).
         #[arg(long)]
         detail: Option<f64>,
         #[command(flatten)]
         outside: Outside,
     },
-    /// Writes a built-in scene as NAME.gltf with its .bin, PNG textures and manifest.
+    /// Write a built-in scene as NAME.gltf with its .bin, PNG textures and manifest.
     Export {
-        /// A built-in name.
+        /// The name of a built-in scene.
         name: String,
-        /// The folder to write into; made when missing. Default: out/NAME
+        /// The folder to write into; it is made when missing. By default out/NAME.
         #[arg(short, long)]
         out: Option<PathBuf>,
-        /// Scales the triangle count (0.01–4).
+        /// Scale the triangle count by this factor (0.01–4).
         #[arg(long)]
         detail: Option<f64>,
     },
@@ -145,7 +145,7 @@ fn export(name: &str, out: Option<PathBuf>, detail: Option<f64>, console: &Conso
     let gltf = format!("{name}.gltf");
     let beside = Manifest { geometry: Some(Geometry::File(gltf.clone())), ..manifest };
     write(format!("{name}.cyclopean.json"), &serde_json::to_vec_pretty(&beside)?)?;
-    // Last, so that a glTF that exists is complete.
+    // The glTF file is written last: whoever finds it also finds all files that it names.
     write(gltf.clone(), &made.gltf)?;
     console.line(format!("{} files; the scene is {}", written.len(), folder.join(&gltf).display()));
     console.object(&json!({ "scene": folder.join(&gltf).display().to_string(), "files": written }))?;

@@ -1,4 +1,4 @@
-//! `cyclopean render --path`: the frames of a path, one after the other, as numbered pictures.
+//! `cyclopean render --path`: renders the frames of a path, one after the other, as numbered pictures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,12 +16,12 @@ use crate::scene::{HeadPath, Scene, View};
 use super::WrongUsage;
 use super::device;
 
-/// What is rendered.
+/// The sequence that is rendered.
 pub struct Sequence<'a> {
     pub scene: &'a Arc<Scene>,
     pub view: &'a View,
     pub path: &'a HeadPath,
-    /// The first ones of the path; `None`: all.
+    /// How many of the path's first frames are rendered; `None`: all.
     pub frames: Option<u32>,
     pub method: &'a Method,
     pub settings: &'a Settings,
@@ -50,17 +50,17 @@ struct Report<'a> {
 
 #[derive(Debug, Serialize)]
 struct FrameReport {
-    /// Seconds from the path's begin.
+    /// Seconds since the beginning of the path.
     time_s: f64,
-    /// The head jumped since the frame before.
+    /// Whether the head has jumped since the frame before.
     cut: bool,
-    /// On the device, all passes.
+    /// Milliseconds of all passes on the device.
     ms: f64,
     exr: PathBuf,
     png: PathBuf,
 }
 
-/// Renders and writes frame by frame; the random numbers of frame i are those of index i of the settings' seed.
+/// Renders and writes frame by frame. Frame i uses the random numbers with index i of the settings' seed.
 ///
 /// # Errors
 /// More frames than the path has, no memory, an unwritable folder; frames that were written stay.

@@ -1,4 +1,4 @@
-//! `cyclopean study show`: a session as a page that plays it, and its stimuli rendered again.
+//! `cyclopean study show`: makes a page that plays a session back, and renders its stimuli again.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,56 +14,59 @@ use crate::picture;
 use crate::study::show::{Again, Seen, again};
 use crate::study::store::Store;
 
-/// Show what a participant saw: a page that plays the session, and any trial rendered again, checked against the journal.
+/// Show what a participant saw: make a page that plays the session back, and render any trial again, checked against
+/// the journal.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Journals.
+    /// The journals.
     #[arg(required = true)]
     journals: Vec<PathBuf>,
-    /// Render the stimuli of this presentation again; counted from 0, as the journal and the page have it.
+    /// Render the stimuli of this presentation again; presentations are counted from 0, as in the journal and on the
+    /// page.
     #[arg(long, value_name = "N", conflicts_with = "check")]
     trial: Option<u32>,
-    /// Render every stimulus of every journal again, each once, and compare its hash; keep no picture.
+    /// Render every stimulus of every journal again, each once, and compare its hash; no picture is kept.
     #[arg(long)]
     check: bool,
-    /// The folder of prepared stimuli: pictures for the page, and what a differing stimulus is compared with.
+    /// The folder of prepared stimuli. It gives pictures for the page, and stimuli to compare differing ones with.
     #[arg(long, default_value = "store")]
     store: PathBuf,
-    /// Folder for the page and the pictures; must not exist.
+    /// Folder for the page and the pictures; it must not exist yet.
     #[arg(long, short, default_value = "shown")]
     out: PathBuf,
 }
 
-/// How a stimulus came out, for people and for JSON.
+/// How a stimulus came out when it was rendered again, for people and for JSON.
 #[derive(Debug, serde::Serialize)]
 struct Report {
     journal: PathBuf,
-    /// `stimulus`, `a`, `b` or `reference`; of `--check` the stimulus's index.
+    /// `stimulus`, `a`, `b` or `reference`; with `--check` the stimulus's index.
     what: String,
     label: String,
     key: String,
     same_key: bool,
     same_bytes: bool,
     differing: Vec<String>,
-    /// Against the stimulus in the store, where it is there and differs.
+    /// The difference from the stimulus in the store, if that is there and differs.
     difference: Option<Difference>,
 }
 
-/// Display values of both eyes, now against then.
+/// The difference in display values of both eyes between the picture made now and the one shown then.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Difference {
-    /// Percent of the pixels.
+    /// Share of the pixels that differ, percent.
     pub differing_percent: f64,
-    /// Of 255.
+    /// Largest difference, of 255.
     pub largest: u8,
-    /// Decibel; none where nothing differs.
+    /// Peak signal-to-noise ratio, decibels; none where nothing differs.
     pub psnr_db: Option<f64>,
 }
 
 /// See [`Args`].
 ///
 /// # Errors
-/// A journal that cannot be read or has no such trial; a renderer or disk that fails; exit 1 where bytes differ.
+/// A journal that cannot be read or has no such trial; a renderer or disk that fails. It also fails, with exit code 1,
+/// where bytes differ.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     if args.trial.is_some() && args.journals.len() > 1 {
         return Err(WrongUsage("--trial: one journal at a time".to_owned()).into());
@@ -115,7 +118,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     tell(&reports, &pages, args, console)
 }
 
-/// Each stimulus of all journals once, by its address.
+/// Every stimulus of all journals, each once, by its address.
 fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
     let mut found: BTreeMap<&str, (usize, String, u32)> = BTreeMap::new();
     for (journal, (_, seen)) in seen.iter().enumerate() {
@@ -123,19 +126,20 @@ fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
             found.entry(&stimulus.key).or_insert_with(|| (journal, format!("{journal}-{at}"), at));
         }
     }
-    // In the order of the journals, so that a scene is uploaded once.
+    // They are in the order of the journals, so that each scene is uploaded once.
     let mut all: Vec<_> = found.into_values().collect();
     all.sort_by_key(|(journal, _, at)| (*journal, *at));
     all
 }
 
-/// Of one of several journals, which may be of equal names in folders of their own. What a journal says is no path.
+/// The page's name for one of several journals, which may have equal names in different folders. Names in a journal are
+/// escaped, so that they lead to no other folder.
 fn page_name(number: usize, path: &Path, seen: &Seen) -> String {
     let session = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     escape::file_name(&format!("{number:03}_{}_{}_{session}", seen.header.study.id, seen.header.participant))
 }
 
-/// Writes the page; pictures come from the store, where they are there and whole.
+/// Writes the page. Its pictures come from the store, if they are there and whole.
 fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<PathBuf> {
     let mut pictures = BTreeMap::new();
     for (stimulus, _) in &seen.stimuli {
@@ -151,7 +155,7 @@ fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<
     Ok(to.to_owned())
 }
 
-/// Width of the pictures of a page, both eyes, pixels.
+/// Width of a picture of both eyes on a page, pixels.
 const THUMBNAIL_PX: u32 = 960;
 
 fn thumbnail(path: &Path) -> Option<Vec<u8>> {
@@ -169,7 +173,8 @@ fn thumbnail(path: &Path) -> Option<Vec<u8>> {
     Some(png)
 }
 
-/// How far a stimulus that came out differently is from the one in the store; none: it is the same, or not there.
+/// How much a stimulus that came out differently differs from the one in the store; none: it is the same, or not in the
+/// store.
 fn difference(store: &Store, stimulus: &Stimulus, made: &Again) -> anyhow::Result<Option<Difference>> {
     let Ok(Some(stored)) = store.check(&stimulus.key) else { return Ok(None) };
     if made.differing.is_empty() || stored.side_car.files != stimulus.files {
@@ -239,7 +244,7 @@ mod tests {
         now.put_pixel(1, 1, image::Rgb([10, 22, 30]));
         let found = compare(&then, &now);
         assert_eq!((found.differing_percent, found.largest), (12.5, 2));
-        // 4 / 24 of squared error on average.
+        // The mean squared error is 4 / 24.
         let expected = 10.0 * (255.0f64.powi(2) / (4.0 / 24.0)).log10();
         assert!((found.psnr_db.unwrap() - expected).abs() < 1e-9);
     }

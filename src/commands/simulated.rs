@@ -1,4 +1,4 @@
-//! The paper's three studies on a small setting, with simulated observers: for the demo, and for the page of the paper.
+//! Runs the paper's three studies with small pictures and simulated observers, for the demo and for `cyclopean paper`.
 
 use std::path::Path;
 
@@ -14,24 +14,24 @@ use crate::study::validate::{self, Study};
 
 use super::stimulus::GpuStimuli;
 
-/// The paper's three.
+/// The paper's three studies: name and text.
 pub const STUDIES: [(&str, &str); 3] = [
     ("consistency", include_str!("../../studies/consistency.json")),
     ("quality", include_str!("../../studies/quality.json")),
     ("ablation", include_str!("../../studies/ablation.json")),
 ];
 
-/// What a small setting is.
+/// The sizes and counts of a small setting.
 pub struct Setting {
     pub width_px: u32,
     pub height_px: u32,
     pub reference_samples: u32,
 }
 
-/// The text of a study with small pictures and few samples.
+/// The text of a study, changed to small pictures and few samples.
 ///
 /// # Errors
-/// A built-in study that is no JSON.
+/// A built-in study that is not JSON.
 pub fn small_text(text: &str, setting: &Setting, observers: u32) -> anyhow::Result<String> {
     let mut study: serde_json::Value = serde_json::from_str(text).context("a built-in study is no JSON")?;
     let stimuli = &mut study["stimuli"];
@@ -42,7 +42,7 @@ pub fn small_text(text: &str, setting: &Setting, observers: u32) -> anyhow::Resu
     Ok(serde_json::to_string_pretty(&study)?)
 }
 
-/// Such a study, written beside what it produces.
+/// Writes such a study beside what it produces, and loads it.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -55,7 +55,7 @@ pub fn small(out: &Path, name: &str, text: &str, setting: &Setting, observers: u
     Ok(validate::parse(&path, text)?)
 }
 
-/// Renders what the study still lacks.
+/// Renders the stimuli that the study still lacks.
 ///
 /// # Errors
 /// A stimulus that cannot be made, or Ctrl-C.
@@ -76,7 +76,7 @@ pub fn prepare_stimuli(
     Ok(())
 }
 
-/// A session of each observer, in `sessions`.
+/// Simulates one session of each observer, in the folder `sessions`.
 ///
 /// # Errors
 /// A session that cannot be written, or Ctrl-C.

@@ -1,4 +1,4 @@
-//! The studies' renderer: requests become pictures in the store.
+//! The renderer of studies, which turns requests into pictures for the store.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -19,28 +19,29 @@ use crate::study::stimulus::{STIMULUS_FILES, StimulusInfo, StimulusRenderer, Sti
 
 use super::device;
 
-/// Renders on one device; keeps the last scene uploaded, because a study asks for one scene after another.
+/// Renders on one device. It keeps the last scene uploaded, because a study asks for the stimuli of one scene after
+/// another.
 pub struct GpuStimuli {
     gpu: Rc<Gpu>,
     scenes: Shelf,
     renderer: Option<Renderer>,
 }
 
-/// Frames of a moving stimulus: each one has a file, whose hash stands in a line of every journal.
+/// The most frames of a moving stimulus: each has a file, whose hash is in a line of every journal.
 const MOST_FRAMES: u32 = 10_000;
 
-/// What one request means to the renderer.
+/// One request in the renderer's terms.
 struct Job {
     scene: Arc<Scene>,
     view: View,
-    /// The path that the head follows from `view`, and how many of its frames are shown; none: a still.
+    /// The path that the head follows from `view`, and the number of its frames that are shown; none: a still.
     film: Option<(HeadPath, u32)>,
     method: Method,
     settings: Settings,
 }
 
 impl GpuStimuli {
-    /// On the best device.
+    /// A renderer on the device whose name contains `device`, or on the best one.
     ///
     /// # Errors
     /// No device.
@@ -48,7 +49,7 @@ impl GpuStimuli {
         Ok(GpuStimuli::on(device::open(device)?, Shelf::default()))
     }
 
-    /// On an open device, with scenes that may stand there already.
+    /// A renderer on an open device, with scenes that may be loaded already.
     pub fn on(gpu: Rc<Gpu>, scenes: Shelf) -> GpuStimuli {
         GpuStimuli { gpu, scenes, renderer: None }
     }
@@ -65,7 +66,7 @@ impl GpuStimuli {
     fn job(&self, request: &StimulusRequest) -> anyhow::Result<Job> {
         let scene = self.scene(&request.scene)?;
         let mut view = device::view(&scene, request.view.as_deref())?.clone();
-        // The paper's studies show black where nothing is known.
+        // The paper's studies show black where nothing is known of a reflection.
         let settings = Settings {
             width: request.width_px,
             height: request.height_px,
@@ -77,7 +78,8 @@ impl GpuStimuli {
             ao: AoSettings { method: ambient_occlusion(request)?, ..AoSettings::default() },
             ..Settings::default()
         };
-        // A stimulus is addressed by what is rendered, not by a name that means something else on another device.
+        // A stimulus is addressed by the method that is rendered, not by a name that means another method on another
+        // device.
         let asked = Method::parse(&request.method)?.with_samples(request.samples);
         let method = asked.on(fast_ray_queries(&self.gpu, settings.trace));
         view.ipd_m = request.ipd_m;
@@ -114,7 +116,8 @@ impl GpuStimuli {
         Ok(self.info(job, *samples, standard_error))
     }
 
-    /// Renders the frames of a path into `into`. A method that accumulates frames begins as after standing still.
+    /// Renders the frames of a path into `into`. A method that accumulates frames begins as if the head had been still
+    /// before.
     fn film(&mut self, job: &Job, (path, frames): (&HeadPath, u32), into: &Path) -> anyhow::Result<StimulusInfo> {
         let (view, seed) = (&job.view, job.settings.seed);
         let mut prepared = self.renderer(job)?.prepare(&job.camera(0), &job.method, &job.settings)?;
@@ -144,10 +147,10 @@ impl GpuStimuli {
         Ok(StimulusInfo { film, ..self.info(job, job.method.samples(), standard_error) })
     }
 
-    /// The renderer with the job's scene.
+    /// The renderer, with the job's scene uploaded.
     fn renderer(&mut self, job: &Job) -> anyhow::Result<&mut Renderer> {
         if self.renderer.as_ref().is_none_or(|r| r.scene().content_sha256 != job.scene.content_sha256) {
-            // The old scene's memory goes first.
+            // The old scene's memory is freed first.
             self.renderer = None;
         }
         Ok(match &mut self.renderer {
@@ -190,7 +193,7 @@ impl StimulusRenderer for GpuStimuli {
         let Job { scene, film, method, settings, .. } = &job;
         let of = |frame: u32| identity(scene, &job.camera(frame), method, settings, self.gpu.info().kind);
         let Some((path, frames)) = film else { return Ok(of(0)?) };
-        // Every frame's picture, at this rate: what moves by itself follows from both.
+        // The hash covers every frame's camera and the rate, because the motion of the scene itself follows from both.
         let frames = (0..*frames).map(of).collect::<Result<Vec<String>, _>>()?;
         let all = serde_json::json!({ "rate_hz": path.rate_hz, "frames": frames });
         Ok(sha256_hex(&serde_json::to_vec(&all)?))
@@ -215,7 +218,7 @@ fn write_exr(into: &Path, linear: &StereoPicture, reflection: &StereoPicture) ->
     picture::write_exr(&into.join(STIMULUS_FILES[1]), &parts)
 }
 
-/// `display`: both eyes' display values, of the size of `linear`.
+/// Writes the files of one frame. `display`: both eyes' display values, of the size of `linear`.
 fn write_frame(
     into: &Path,
     frame: u32,
@@ -225,8 +228,8 @@ fn write_frame(
     picture::write_side_by_side(&into.join(frame_file(frame)), linear.width, linear.height, [left, right])
 }
 
-/// Of the luminance, over the pixels that reflect. The channels come from the same paths, so their errors add up
-/// linearly: exact for grey light, an upper bound for any.
+/// Mean standard error of the luminance, over the pixels that reflect. The channels come from the same paths, so their
+/// errors add up linearly. This is exact for grey light, and an upper bound for any other.
 fn mean_standard_error(error: &StereoPicture, reflection: &StereoPicture) -> Option<f64> {
     let luminance = |c: &[f32; 3]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
     let pixels = error.eyes.iter().flatten().zip(reflection.eyes.iter().flatten());

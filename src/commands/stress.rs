@@ -1,4 +1,4 @@
-//! `cyclopean stress`: numerical stability, hazard by hazard.
+//! `cyclopean stress`: tests the numerical stability of the renderer, hazard by hazard.
 
 use std::path::{Path, PathBuf};
 
@@ -14,27 +14,27 @@ use crate::stress::{self, Along, Bench, Case, Outcome, SWEEPS, Shot};
 use super::WrongUsage;
 use super::device;
 
-/// Renders every known numerical hazard and measures how well the renderer bears it.
+/// Render every known numerical hazard, and measure how well the renderer copes with it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder for stress.json and the pictures of what failed.
+    /// Folder for stress.json and the pictures of failed cases.
     #[arg(long, short, default_value = "stress")]
     out: PathBuf,
-    /// Only cases and sweeps whose name contains this.
+    /// Run only cases and sweeps whose name contains this.
     #[arg(long, value_name = "PART")]
     only: Option<String>,
-    /// List the cases and sweeps; render nothing.
+    /// List the cases and sweeps, but render nothing.
     #[arg(long)]
     list: bool,
-    /// Judge a case or sweep by another number, in the unit of its bound; may be given again.
+    /// Judge a case or sweep by this number instead of its own bound, in the bound's unit; may be given more than once.
     #[arg(long, value_name = "NAME=NUMBER", value_parser = bound)]
     bound: Vec<(String, f64)>,
-    /// Part of the device's name; the best device by default.
+    /// Part of the device's name; by default the best device.
     #[arg(long)]
     device: Option<String>,
 }
 
-/// `NAME=NUMBER`.
+/// Parses `NAME=NUMBER`.
 fn bound(text: &str) -> Result<(String, f64), String> {
     let wrong = || format!("`{text}` is no bound; give NAME=NUMBER, such as mirror=0.001");
     let (name, number) = text.split_once('=').ok_or_else(wrong)?;
@@ -48,7 +48,7 @@ struct Report<'a> {
     failed: Vec<&'static str>,
     cases: Vec<Outcome>,
     sweeps: Vec<Along>,
-    /// Of what failed.
+    /// Pictures of what failed.
     pictures: Vec<PathBuf>,
 }
 
@@ -106,7 +106,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
         }
         report.sweeps.push(along);
     }
-    // A message about what is no single case's.
+    // This catches validation messages that belong to no single case.
     gpu.check_validation()?;
     files::write_bytes(&args.out.join("stress.json"), &serde_json::to_vec_pretty(&report)?)?;
     console.object(&report)?;
@@ -161,7 +161,7 @@ fn say_sweep(console: &Console, a: &Along) {
     }
 }
 
-/// Three significant digits.
+/// A number with three significant digits.
 fn number(x: f64) -> String {
     match x.abs() {
         0.0 => "0".to_owned(),
@@ -170,7 +170,7 @@ fn number(x: f64) -> String {
     }
 }
 
-/// Every picture on the bench, in the order in which they were made.
+/// Writes every picture on the bench, in the order in which they were made.
 fn write(folder: &Path, bench: &Bench) -> anyhow::Result<Vec<PathBuf>> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let mut written = Vec::new();

@@ -1,4 +1,4 @@
-//! `cyclopean study`: check and preview, freeze, and the care of journals.
+//! `cyclopean study`: checks, previews and freezes studies, and maintains journals.
 
 use std::path::{Path, PathBuf};
 
@@ -25,55 +25,55 @@ pub struct Args {
 enum Action {
     /// Check a study file; print its conditions, an order, its length, and what must be rendered.
     Check {
-        /// A file, or the name of one in `studies/`.
+        /// The study: a file, or the name of a study in `studies/`.
         study: PathBuf,
         /// The folder of prepared stimuli.
         #[arg(long, default_value = "store")]
         store: PathBuf,
-        /// Whose order to print.
+        /// The row whose order is printed.
         #[arg(long, default_value_t = 0)]
         row: u64,
     },
-    /// Write the pre-registration: definition, hashes, all orders, planned analysis, power, manifest.
+    /// Write the pre-registration: definition, hashes, all orders, planned analysis, power, and a manifest.
     Freeze {
-        /// A file, or the name of one in `studies/`.
+        /// The study: a file, or the name of a study in `studies/`.
         study: PathBuf,
         /// The folder of prepared stimuli.
         #[arg(long, default_value = "store")]
         store: PathBuf,
-        /// A folder that does not exist yet.
+        /// The folder to write, which must not exist yet.
         #[arg(short, long)]
         output: PathBuf,
     },
     /// Print the JSON Schema of study files.
     Schema,
-    /// Derive the order of a journal again from study and row, and prove it equal.
+    /// Derive the order of a journal again from its study and row, and check that it is equal.
     Replay {
-        /// A journal.
+        /// The journal.
         journal: PathBuf,
     },
     Show(super::show::Args),
     /// Set the damaged end of a journal aside; all whole lines before it stay.
     Recover {
-        /// A journal.
+        /// The journal.
         journal: PathBuf,
     },
-    /// Give an unfinished session up: its row is free again, its journal stays.
+    /// Give up an unfinished session: its row becomes free, and its journal stays.
     Abandon {
-        /// A file, or the name of one in `studies/`.
+        /// The study: a file, or the name of a study in `studies/`.
         study: PathBuf,
-        /// The participant.
+        /// The participant's pseudonym.
         #[arg(long)]
         participant: String,
         /// The folder of all sessions.
         #[arg(long, default_value = "sessions")]
         sessions: PathBuf,
     },
-    /// Delete everything of a participant; a tombstone without the id stays.
+    /// Delete all data of a participant; only a tombstone without the pseudonym stays.
     Withdraw {
-        /// A file, or the name of one in `studies/`.
+        /// The study: a file, or the name of a study in `studies/`.
         study: PathBuf,
-        /// The participant.
+        /// The participant's pseudonym.
         #[arg(long)]
         participant: String,
         /// The folder of all sessions.
@@ -98,7 +98,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             Ok(())
         }
         Action::Schema => {
-            // The schema is the JSON result itself, with and without --json.
+            // The schema is itself the JSON result, with and without --json.
             let text = serde_json::to_string_pretty(&schema::generate())?;
             Console::new(false).page(text);
             Ok(())

@@ -100,7 +100,7 @@ fn warnings(d: &Definition, plan: &Plan) -> Vec<String> {
     if let Err(error) = SimulatedObserver::new(d, plan, &[], "p", &nothing_measured)
         && !derives
     {
-        out.push(format!("cannot be run dry: {error}"));
+        out.push(format!("a dry run is not possible: {error}"));
     }
     out
 }

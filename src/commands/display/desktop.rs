@@ -1,4 +1,4 @@
-//! The test in a window.
+//! The display test in a window.
 
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ struct Test {
     stage: Stage,
 }
 
-/// What a picture is made of.
+/// What a picture of the test is made of.
 struct Card<'a> {
     notes: [&'a [Note]; 2],
     patch: Option<f32>,
@@ -56,7 +56,7 @@ impl Test {
         self.options.mode.view(self.stage.size().unwrap_or((64, 64)))
     }
 
-    /// Presents one card for the next frame; gives what was pressed before it.
+    /// Presents one card in the next frame; returns the keys that were pressed before it.
     fn show(&mut self, card: &Card<'_>, is_new: bool) -> anyhow::Result<Vec<Key>> {
         let mut keys = Vec::new();
         let mut is_new = is_new;
@@ -104,7 +104,7 @@ impl Test {
         Note::Text { text: text.to_owned(), at, corner: Corner::Middle, size: 1.0 }
     }
 
-    /// Frames go out while the square flickers.
+    /// Measures the intervals between frames while the square flickers.
     fn measure(&mut self, seconds: f64) -> anyhow::Result<Option<Intervals>> {
         let hz = self.stage.rate().nominal_hz;
         let note = [self.line("Measuring. The square in the corner is for a photodiode.", 0.5)];
@@ -113,15 +113,16 @@ impl Test {
         while began.elapsed().as_secs_f64() < seconds {
             let patch = Some(if (frame / FLICKER).is_multiple_of(2) { 0.0 } else { 1.0 });
             self.show(&Card { notes: [&note, &note], patch }, frame.is_multiple_of(FLICKER))?;
-            // When the picture went out, or where the driver knows, when the one before was seen.
+            // The time at which the picture was presented; or, if the driver reports it, at which the one before was
+            // seen.
             times.push(self.stage.last_seen_ns().unwrap_or_else(|| self.stage.now_ns()));
             frame += 1;
         }
-        // The first frames draw the words.
+        // The first frames are left out, because words are drawn in them.
         Ok(Intervals::of(times.get(5..).unwrap_or_default(), hz))
     }
 
-    /// Each eye sees one of two words.
+    /// Shows each eye one of two words, and asks which one is seen.
     fn ask_eyes(&mut self, console: &Console) -> anyhow::Result<bool> {
         let question = self.line("Close your right eye. Which word do you see? Press L or R.", 0.3);
         let notes = |word: &str, test: &Test| vec![question.clone(), test.line(word, 0.5)];

@@ -1,4 +1,4 @@
-//! `cyclopean display`: whether a display keeps time, and gives each eye its own picture.
+//! `cyclopean display`: tests whether a display keeps time, and whether it gives each eye its own picture.
 
 mod desktop;
 mod openxr;
@@ -9,7 +9,7 @@ use clap::{Subcommand, ValueEnum};
 use crate::console::Console;
 use crate::display::intervals::Intervals;
 
-/// Tests a display before anybody sits down.
+/// Test a display before a participant uses it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -18,22 +18,23 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// A flickering square for a photodiode, the intervals between frames, which eye sees what, and depth.
+    /// Show a flickering square for a photodiode, measure the intervals between frames, and ask which eye sees what,
+    /// and about depth.
     Test(TestArgs),
 }
 
 #[derive(Debug, clap::Args)]
 struct TestArgs {
-    /// The display.
+    /// The display to test.
     #[arg(long, value_enum, default_value_t = DisplayKind::Desktop)]
     display: DisplayKind,
-    /// How long intervals are measured.
+    /// How long intervals are measured, seconds.
     #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     seconds: f64,
-    /// Ask nothing: measure intervals only.
+    /// Ask nothing; only measure intervals.
     #[arg(long)]
     unattended: bool,
-    /// Refresh rate, Hz, of a monitor that does not say it.
+    /// Refresh rate, Hz, of a monitor that does not state it.
     #[arg(long, value_parser = hz)]
     hz: Option<f64>,
     #[command(flatten)]

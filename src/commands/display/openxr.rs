@@ -1,4 +1,4 @@
-//! The test in a headset.
+//! The display test in a headset.
 
 use std::time::Instant;
 
@@ -48,7 +48,8 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
 }
 
 impl Test {
-    /// Gives one frame with what was written last; its predicted time, and what was done before it.
+    /// Gives the runtime one frame with the words written last; returns its predicted time, and what was done before
+    /// it.
     fn frame(&mut self) -> anyhow::Result<(u64, Acts)> {
         loop {
             check_interrupted()?;
@@ -71,7 +72,8 @@ impl Test {
         Note::Text { text: text.to_owned(), at, corner: Corner::Middle, size: 1.0 }
     }
 
-    /// Frames go out while a square flickers in the middle of the view, where a photodiode is held to the lens.
+    /// Measures the intervals between frames while a square flickers in the middle of the view, where a photodiode is
+    /// held to the lens.
     fn measure(&mut self, seconds: f64) -> anyhow::Result<Option<Intervals>> {
         let hz = self.headset.info().nominal_hz;
         let note = self.line("Measuring. The square is for a photodiode.", 0.25);
@@ -91,11 +93,11 @@ impl Test {
             times.push(self.frame()?.0);
             frame += 1;
         }
-        // The first frames draw the words.
+        // The first frames are left out, because words are drawn in them.
         Ok(Intervals::of(times.get(5..).unwrap_or_default(), hz))
     }
 
-    /// Each eye sees one of two words; true: its own.
+    /// Shows each eye one of two words; true if the open eye sees its own.
     fn ask_eyes(&mut self, console: &Console) -> anyhow::Result<bool> {
         let question = self.line("Close your right eye. Push the stick towards the word that you see.", 0.3);
         let left = [question.clone(), self.line("left", 0.5)];
@@ -114,7 +116,7 @@ impl Test {
         }
     }
 
-    /// The stick moves the light over the four numbers, the trigger takes it.
+    /// Asks for one square: the stick moves the highlight over the four numbers, and the trigger takes one.
     fn ask_one(&mut self, content: &Content, at: usize) -> anyhow::Result<u32> {
         let mut lit: Option<usize> = None;
         let mut drawn = None;

@@ -10,27 +10,27 @@ use crate::study::stereogram::Stereogram;
 
 /// Frames between two changes of the flickering square.
 pub const FLICKER: u64 = 30;
-/// Linear value of the ground, display value 128.
+/// Linear value of the background, display value 128.
 pub const GROUND: f32 = 0.21586;
-/// Stereograms that are asked about.
+/// Number of stereograms that the viewer is asked about.
 const STEREOGRAMS: u32 = 4;
-/// Dots along a stereogram's side.
+/// Number of dots along a side of a stereogram.
 const DOTS: usize = 256;
 
 /// What a test found.
 #[derive(Debug, Serialize)]
 pub struct Found {
     pub display: String,
-    /// Who says when a frame is seen.
+    /// Where the times of display come from.
     pub timing: String,
     pub intervals: Option<Intervals>,
-    /// Each eye saw its own picture; none: nobody was asked, or the mode shows one eye's.
+    /// Whether each eye saw its own picture; none: nobody was asked, or the mode shows only one eye's picture.
     pub eyes_right: Option<bool>,
-    /// Squares seen in a stereogram, of how many; chance is a quarter.
+    /// Squares that were found in stereograms, and the number of stereograms; guessing finds a quarter.
     pub depth_right: Option<(u32, u32)>,
 }
 
-/// Said to the operator when the participant is asked which word an eye sees.
+/// What the operator reads while the participant is asked which word an eye sees.
 pub const WHICH_WORD: &str = "question: which word does the open eye see?";
 
 /// Asks for squares that only two eyes together can see, four dots in front. `ask` shows a stereogram of the content by

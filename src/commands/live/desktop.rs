@@ -1,4 +1,4 @@
-//! The scene in a window: render, compose, present, listen.
+//! A scene in a window: renders, composes and presents frames, and takes keys and mouse.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -16,7 +16,7 @@ use crate::gpu::{Gpu, Image};
 use crate::render::{Method, Prepared, Renderer};
 use crate::scene::{Scene, View};
 
-/// What was asked for.
+/// What the command line asked for.
 pub struct Asked {
     pub scene: Arc<Scene>,
     pub view: View,
@@ -31,13 +31,13 @@ struct Live {
     methods: Vec<Method>,
     method: usize,
     fly: Fly,
-    /// Seconds of the scene's time: of what moves by itself.
+    /// The scene's time, seconds, for what moves by itself.
     time_s: f64,
     is_paused: bool,
     is_turning: bool,
     hides_words: bool,
     is_over: bool,
-    /// By index of the method; made when first looked at, all for one size.
+    /// What is prepared for each method, by its index; made when the method is first shown, all for one size.
     prepared: BTreeMap<usize, Prepared>,
     renderer: Renderer,
     words: Option<Image>,
@@ -167,7 +167,7 @@ impl Live {
         }
     }
 
-    /// Renders and composes one frame; gives its milliseconds on the device.
+    /// Renders and composes one frame; returns its milliseconds on the device.
     fn draw(&mut self, stage: &Stage, frame: u32, seconds: f64) -> anyhow::Result<f64> {
         let Some(window) = stage.size() else { return Ok(0.0) };
         let view_px = self.options.mode.view(window);
@@ -178,7 +178,7 @@ impl Live {
         let camera = self.fly.view().stereo_camera(f64::from(size.width) / f64::from(size.height));
         if !self.prepared.contains_key(&self.method) {
             let settings = device::live_settings(&self.gpu, size);
-            // One path a pixel: the reference is noisy while one moves, and the frame still comes.
+            // The reference takes one path per pixel. It is noisy while the camera moves, but frames keep coming.
             let method = self.methods[self.method].clone();
             let method = if method.samples() > 64 { method.with_samples(Some(1)) } else { method };
             let made = self.renderer.prepare(&camera, &method, &settings)?;

@@ -1,4 +1,4 @@
-//! A camera that is flown: keys move it, the mouse turns it.
+//! A flying camera: keys move it, the mouse turns it.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use crate::scene::View;
 
-/// What a key does while it is down.
+/// The direction in which a key moves the camera while it is down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
     Forward,
@@ -17,19 +17,19 @@ pub enum Direction {
     Down,
 }
 
-/// Metres a second for a person in a room; shift is three times as fast.
+/// Speeds in metres per second, for a person in a room; with shift the camera is three times as fast.
 const WALK: f64 = 1.0;
 const RUN: f64 = 3.0;
-/// Radians a pixel of the mouse.
+/// Radians of turn for each pixel of the mouse.
 const TURN: f64 = 0.003;
-/// Straight up and down stay out of reach.
+/// Largest pitch, radians; straight up and down cannot be reached.
 const STEEPEST: f64 = 1.5;
 
-/// Where one is and looks.
+/// The position of the camera and the direction in which it looks.
 #[derive(Debug, Clone)]
 pub struct Fly {
     view: View,
-    /// Radians: to the left, up.
+    /// Angles to the left and up, radians.
     yaw: f64,
     pitch: f64,
     held: BTreeSet<Direction>,
@@ -55,14 +55,14 @@ impl Fly {
         self.held.clear();
     }
 
-    /// The mouse was moved by so many pixels, right and down.
+    /// Turns the camera for a move of the mouse by this many pixels, right and down.
     pub fn turn(&mut self, [x, y]: [f32; 2]) {
         self.yaw -= TURN * f64::from(x);
         self.pitch = (self.pitch - TURN * f64::from(y)).clamp(-STEEPEST, STEEPEST);
         self.view.world_from_view = DQuat::from_rotation_y(self.yaw) * DQuat::from_rotation_x(self.pitch);
     }
 
-    /// True: it has moved.
+    /// Moves the camera for this time; returns whether it has moved.
     pub fn step(&mut self, seconds: f64) -> bool {
         let way =
             |to: Direction, back: Direction| f64::from(self.held.contains(&to)) - f64::from(self.held.contains(&back));

@@ -1,4 +1,4 @@
-//! `cyclopean live`: a scene rendered while one looks at it.
+//! `cyclopean live`: renders a scene in real time while somebody looks around in it.
 
 mod desktop;
 mod fly;
@@ -15,7 +15,7 @@ use crate::console::Console;
 use crate::render::Method;
 use crate::scene;
 
-/// Explores a scene in stereo and switches methods.
+/// Explore a scene in stereo, and switch between methods.
 #[derive(Debug, clap::Args)]
 #[command(after_help = KEYS)]
 pub struct Args {
@@ -23,19 +23,19 @@ pub struct Args {
     scene: String,
     #[command(flatten)]
     outside: Outside,
-    /// The method to begin with, or NAME@N for N rays a pixel.
+    /// The method to begin with, or NAME@N for N rays per pixel.
     #[arg(long, short, default_value = "stereo-temporal")]
     method: String,
-    /// The view to begin at; the scene's first by default.
+    /// The view to begin at; by default the scene's first.
     #[arg(long)]
     view: Option<String>,
-    /// Where it is shown.
+    /// The display that shows the scene.
     #[arg(long, value_enum, default_value_t = DisplayKind::Desktop)]
     display: DisplayKind,
-    /// Pixels of one eye, WIDTHxHEIGHT; as many as are shown by default, fewer on a software device.
+    /// Pixels of one eye, WIDTHxHEIGHT; by default as many as are shown, or fewer on a software device.
     #[arg(long)]
     size: Option<Size>,
-    /// Ends after so many frames.
+    /// End after this many frames.
     #[arg(long)]
     frames: Option<u64>,
     #[command(flatten)]
@@ -48,8 +48,8 @@ enum DisplayKind {
     Openxr,
 }
 
-/// The methods in the order of their keys: the one on the command line, the same without or with accumulation over frames, then
-/// every other method.
+/// The methods that can be shown, in the order of the keys: the requested one, the same without or with the frames
+/// before, and every other method.
 fn methods(asked: &Method) -> Vec<Method> {
     let others = Method::names().into_iter().filter_map(|name| Method::parse(name).ok());
     let mut methods = vec![asked.clone()];

@@ -1,4 +1,4 @@
-//! The scene in a headset: both eyes rendered from where the runtime predicts them, into a projection layer.
+//! A scene in a headset: renders each eye from where the runtime predicts it, and shows both in a projection layer.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,14 +14,15 @@ use crate::render::{Method, Prepared, Renderer};
 use crate::scene::{EyeCamera, Fov, StereoCamera, View};
 use crate::study::protocol::Input;
 
-/// Resolution scales, from the runtime's own down; a step is taken when frames are late, and back when they are not.
+/// Scales of the resolution, from the runtime's own downwards. A step down is taken when frames are late, and a step
+/// back when they are not.
 const SCALES: [f64; 5] = [1.0, 0.84, 0.7, 0.6, 0.5];
-/// Frames that are looked at before the resolution changes.
+/// Frames that are counted before the resolution changes.
 const WINDOW: u32 = 45;
 
-/// Where the room stands in the scene.
+/// The pose of the room in the scene.
 struct Ground {
-    /// Of the room's origin.
+    /// Position of the room's origin.
     position: DVec3,
     scene_from_room: DQuat,
 }
@@ -34,7 +35,7 @@ struct Live<'a> {
     ground: Option<Ground>,
     prepared: Option<(usize, Size, Prepared)>,
     renderer: Renderer,
-    /// Time 0 of what moves by itself.
+    /// The zero of the scene's time, for what moves by itself.
     began: Instant,
     full: Size,
     period_ms: f64,
@@ -98,7 +99,7 @@ pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
 }
 
 impl Live<'_> {
-    /// True: it is over.
+    /// Carries out what was done with the controllers; returns whether the program ends.
     fn act(&mut self, acts: &Acts) -> bool {
         let n = self.methods.len();
         if acts.step != 0 {
@@ -115,7 +116,7 @@ impl Live<'_> {
         acts.pause
     }
 
-    /// Renders one frame; gives its milliseconds.
+    /// Renders one frame; returns its milliseconds.
     fn draw(&mut self, eyes: &[EyeInRoom; 2], is_centred: bool, frame: u32) -> anyhow::Result<f64> {
         if is_centred {
             self.ground = None;
@@ -125,7 +126,7 @@ impl Live<'_> {
         let scaled = |side: u32| ((f64::from(side) * SCALES[self.scale]) as u32).max(16);
         let size = Size { width: scaled(self.full.width), height: scaled(self.full.height) };
         if !self.prepared.as_ref().is_some_and(|(method, of, _)| (*method, *of) == (self.method, size)) {
-            // One path a pixel: the reference is noisy while one moves, and the frame still comes.
+            // The reference takes one path per pixel. It is noisy while the head moves, but frames keep coming.
             let method = self.methods[self.method].clone();
             let method = if method.samples() > 64 { method.with_samples(Some(1)) } else { method };
             self.prepared = None;
@@ -141,7 +142,8 @@ impl Live<'_> {
         Ok(report.wall_ms)
     }
 
-    /// Fewer pixels when more than a tenth of the frames took longer than a period, more when none took half of one.
+    /// Renders fewer pixels when more than a tenth of the frames took longer than a period, and more when none took
+    /// half of one.
     fn pace(&mut self, ms: f64) {
         self.seen += 1;
         self.late += u32::from(ms > 0.9 * self.period_ms);
@@ -158,7 +160,7 @@ impl Live<'_> {
 }
 
 impl Ground {
-    /// The head, as it is, stands where the view is and looks the way it does; the horizon stays level.
+    /// Places the room so that the head is now at the view and looks in its direction; the horizon stays level.
     fn under(view: &View, eyes: &[EyeInRoom; 2]) -> Ground {
         let head = (position(&eyes[0]) + position(&eyes[1])) / 2.0;
         let scene_from_room = DQuat::from_rotation_y(yaw(view.world_from_view) - yaw(orientation(&eyes[0])));
@@ -187,7 +189,7 @@ fn orientation(eye: &EyeInRoom) -> DQuat {
     DQuat::from_array(eye.orientation.map(f64::from)).normalize()
 }
 
-/// About the vertical, radians to the left.
+/// The turn about the vertical axis, radians to the left.
 fn yaw(turn: DQuat) -> f64 {
     let ahead = turn * DVec3::NEG_Z;
     (-ahead.x).atan2(-ahead.z)
@@ -219,7 +221,7 @@ mod tests {
         assert!((camera.head() - view.position).length() < 1e-6);
         assert!((yaw(camera.left.world_from_view) - 1.1).abs() < 1e-6);
         assert!(((camera.right.position - camera.left.position).length() - 0.06).abs() < 1e-6);
-        // A step forward in the room is a step the way the view looks.
+        // A step forward in the room is a step in the view's direction.
         let moved = ground.camera(&[eye(-0.03, 1.0), eye(0.03, 1.0)], 0.1);
         let ahead = DQuat::from_rotation_y(1.1) * DVec3::NEG_Z;
         assert!((moved.head() - view.position - ahead).length() < 1e-6);

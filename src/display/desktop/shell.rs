@@ -186,7 +186,7 @@ fn event_loop(is_beside: bool) -> Result<EventLoop<()>, ShellError> {
         winit::platform::wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
     }
     if is_beside && !cfg!(target_os = "linux") {
-        return Err(ShellError::Window("this system gives windows to the first thread alone".to_owned()));
+        return Err(ShellError::Window("this system allows windows only on the first thread".to_owned()));
     }
     let events = builder.build().map_err(|error| {
         let name = if std::env::var_os("WAYLAND_DISPLAY").is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" };

@@ -227,7 +227,7 @@ impl Headset {
         }
         let last_xr = times[times.len() - 1];
         let eyes = self.eyes(spaces, xr::Time::from_nanos(last_xr))?;
-        let eyes = eyes.ok_or_else(|| failure(format!("{} says not where its eyes are", self.runtime.headset)))?;
+        let eyes = eyes.ok_or_else(|| failure(format!("{} does not say where its eyes are", self.runtime.headset)))?;
         let reported = match self.runtime.enabled.fb_display_refresh_rate {
             true => self.session.get_display_refresh_rate().ok().map(f64::from).filter(|hz| *hz > 0.0),
             false => None,

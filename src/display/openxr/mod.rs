@@ -232,7 +232,7 @@ impl OpenXr {
             }
             let lean = place::roll_deg(head).abs();
             if !self.leans && lean > LEAN_DEG {
-                tracing::warn!("the head leans by {lean:.0}°: upright, both eyes' pictures fit");
+                tracing::warn!("the head leans by {lean:.0}°: both eyes' pictures fit only while it is upright");
             }
             self.leans = lean > if self.leans { 0.8 * LEAN_DEG } else { LEAN_DEG };
         }

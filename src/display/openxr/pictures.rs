@@ -98,7 +98,7 @@ impl Pictures {
             let (of, beside) = (file(test)?, file(reference)?);
             if of.frames.len() != beside.frames.len() {
                 let (a, b) = (beside.first().display(), of.first().display());
-                return Err(failure(format!("{a} and {b} have not equally many frames")));
+                return Err(failure(format!("{a} and {b} have different numbers of frames")));
             }
             let shot = upload(headset, of.frames.len(), room.pair_deg(), |frame| {
                 let (left, right) = (Eyes::read(&beside.frames[frame])?, Eyes::read(&of.frames[frame])?);
