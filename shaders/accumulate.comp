@@ -1,8 +1,8 @@
 #version 460
 // In: what each eye's filter knows of a pixel's reflection in this frame, and what the frames before knew of it. Out: both
 // together, for the frames to come and for reproject.comp; with FINISH the outgoing reflection.
-// The history is looked up at two places of the last frame (seed 002): where the surface was, and where the last frame's eye
-// saw the virtual image of what is reflected in that surface. The history that agrees better is taken.
+// Where the reflection was is asked twice (seed 002): at the place of the surface in the last frame, and where the last
+// frame's eye saw the virtual image of what is reflected in that surface. The history that agrees better is taken.
 // The weight of this frame against the history follows from bias and variances (seed 003, equation 4: Philippi et al.
 // 2023); the history carries its effective number of frames (equation 5), so that a still view converges as their mean.
 // Reference: never.

@@ -12,7 +12,7 @@ layout(binding = 1) uniform usampler2DArray pair_image;
 layout(binding = 2) uniform sampler2DArray visibility_image;
 layout(binding = 3, std430) writeonly buffer Rays { uint rays[]; };
 layout(binding = 4, std430) buffer Arguments { uint arguments[4]; };
-// The smallest visible difference between the eyes, relative to the pixel's own value.
+// The difference between the eyes, relative to the pixel's own value, from which on it is seen.
 layout(push_constant) uniform Constants { float threshold; };
 
 #include "common/ao.glsl"

@@ -29,7 +29,7 @@ void blend(ivec3 texel) {
     vec2 own = unpack_visibility(texelFetch(filtered_image, texel, 0).x);
     vec2 other = unpack_visibility(texelFetch(filtered_image, pair_of(word, texel.z), 0).x);
     float share = smoothstep(0.45, 0.50, own.y / max(own.y + other.y, 1e-6));
-    // The image already holds what this eye's own filter found.
+    // What the own filter found is there already.
     if (share < 1.0) imageStore(visibility_image, texel, vec4(mix(other.x, own.x, share)));
 }
 

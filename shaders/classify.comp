@@ -6,7 +6,7 @@
 #include "common/surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// 1: the resolve reads neighbours.
+// 1: neighbours will be asked.
 layout(constant_id = 0) const uint WANT_GUIDE = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };

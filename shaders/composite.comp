@@ -70,7 +70,7 @@ vec3 reflection_of(ivec3 texel) {
     return reflects(from) ? texelFetch(reflection_image, from, 0).rgb : vec3(0.0);
 }
 
-// The distance between a pixel's surface and that of a fine sample: 0 is the same place, 1 and more is another surface.
+// How little a pixel's surface has in common with a fine sample's: 0 the same place, 1 and more another surface.
 float unlike(ivec3 texel, uint instance, vec3 normal, float depth) {
     if (!reflects(texel)) return 1e9;
     float other = texelFetch(instance_image, texel, 0).x == instance ? 0.0 : 4.0;
@@ -93,7 +93,7 @@ vec3 antialiased(ivec3 texel) {
         vec3 normal = unpack_direction(surface.x);
         ivec3 best = texel;
         float least = unlike(texel, instance, normal, depth);
-        // Usually the pixel that holds the sample; at an edge the neighbour that shows the same surface.
+        // Its own pixel as a rule; at an edge the neighbour that shows the same surface.
         for (int j = 0; least >= 1.0 && j < 9; ++j) {
             ivec3 near = ivec3(clamp(texel.xy + ivec2(j % 3, j / 3) - 1, ivec2(0), last), texel.z);
             float of = unlike(near, instance, normal, depth);

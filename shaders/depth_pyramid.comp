@@ -49,7 +49,7 @@ vec2 base(ivec3 texel) {
             vec3 n = unpack_direction(texelFetch(surface_image, texel, 0).y);
             float along = abs(dot(n, scaled_ray(texel.z, vec2(texel.xy) + 0.5)));
             float across = abs(dot(n, frame.eyes[texel.z].ray_across.xyz)) + abs(dot(n, frame.eyes[texel.z].ray_down.xyz));
-            // A plane that is seen edge on goes on without bound within the pixel: it is taken to end at twice the distance.
+            // Where the plane is seen edge on, a pixel holds no more of it than half of the way to the eye.
             back = min(back, front * max(1.0 - 0.5 * across / max(along, 1e-6), 0.5));
         }
     }

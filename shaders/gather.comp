@@ -1,8 +1,8 @@
 #version 460
 // In: points on the scene's surfaces, the scene's BVH, lights, environment, the light of the round before. Out: the light
 // that each point gathers, as irradiance / π, and the share of its rays that met the back of a surface.
-// Emitters are sampled in two ways, by the rays and by points chosen on the emitters, which are combined with the balance
-// heuristic (Veach 1997): neither small lamps nor large windows near by leave bright spots.
+// What glows is looked for by the rays and by points chosen on the emitters; each way counts by the balance heuristic
+// (Veach 1997), so that small lamps make no spots and large windows near by none either.
 // One round adds one bounce: each hit is shaded by the lights, its emission and what the round before left there.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
@@ -10,7 +10,7 @@
 #endif
 // Light meets matter from both its sides; only views look through the back of an open mesh.
 #define TWO_SIDED
-// A point light inside a modelled bulb would put bright spots on it: every distance to a light is taken as 0.15 m at least.
+// A point light within its own bulb would put spots on the walls: here no light is nearer than 0.15 m to what it lights.
 #define NEAREST_SQUARED 0.0225
 #include "common/shared.glsl"
 

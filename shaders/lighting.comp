@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint INDIRECT = 1u;
-// 1: ambient occlusion dims the light of the environment.
+// 1: what shines from around is dimmed by ambient occlusion.
 layout(constant_id = 3) const uint HAS_AO = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };

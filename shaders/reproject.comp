@@ -146,15 +146,15 @@ void main() {
         float share = is_mirror(p.surface) ? 0.0 : clamp(lobe, 0.0, 1.0);
         float own_weight = own.weight, pair_weight = pair.weight;
         if (FILLING != 0u) {
-            // Where both eyes know about as much, they differ by chance, and their mean is right. Where one eye knows much more,
-            // the other eye does not see what is reflected, and its share of the mean falls with what it knows.
+            // Where the eyes know about as much, the difference is chance, and their mean is right; where one knows much
+            // more, the other one is blind there, and who knows has the say.
             float blind = smoothstep(0.2, 0.6, abs(own.light.a - pair.light.a));
             own_weight *= mix(1.0, own.light.a, blind);
             pair_weight *= mix(1.0, pair.light.a, blind);
         }
         if (own.light.a > 0.0) pair_weight *= share;
         if (BY_VARIANCE != 0u && own.light.a > 0.0 && own_weight + pair_weight > 0.0) {
-            // How much is known is weighed by what each eye knows. How bright it is follows from the variances.
+            // Who knows more has the say in how much is known; how bright it is follows from the variances.
             float known = (own_weight * own.light.a + pair_weight * pair.light.a) / (own_weight + pair_weight);
             vec3 mine = own.light.rgb / own.light.a, theirs = pair.light.rgb / pair.light.a;
             float own_taps = own_weight * own.light.a, pair_taps = pair_weight * pair.light.a;

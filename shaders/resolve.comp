@@ -6,9 +6,8 @@
 // - BALANCE: f·cos times the balance heuristic between the tap's density and the pixel's own (pairwise, Bitterli 2022,
 //   §5.4.2). It is at most a constant times f·cos/p of the pixel's own sampling, which is at most about 1.
 // Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
-// With FOR_PAIRS the result is an input of reproject.comp (the other eye) or accumulate.comp (earlier frames). It is then the
-// known share of the light (C·L and C), the weight of its taps, the distance of what is reflected, and with MOMENTS the
-// variance of the estimate.
+// With FOR_PAIRS the other eye (reproject.comp) or the frames before (accumulate.comp) have a say: out go the known share of the light, C·L and C, what it
+// weighs, how far away the pixel's reflection stands, and with MOMENTS the variance of the estimate.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

@@ -33,16 +33,15 @@ const uint LEFT = 0u;
 const uint RIGHT = 1u;
 // How far off the pixel's plane a tap may lie, as a share of the distance from the eye.
 const float PLANE_TOLERANCE = 0.003;
-// The published test looks for nearer surfaces at three places: their distance from the pixel's centre in pixels, and how much
-// nearer a surface must be, as a share of its distance.
+// The seed's triangle: where it asks for something nearer, pixels from the centre, and how much nearer that is.
 const float TRIANGLE_PIXELS = 2.0;
 const float TRIANGLE_TOLERANCE = 0.01;
-// A nearer surface counts only where its disparity differs from the place's by more than this, pixels.
+// And how far it moves over the surface from eye to eye, pixels.
 const float LEAST_SHIFT = 0.5;
-// Taps of less weight are left out: where both eyes have the same position, rounding alone moves a place off its pixel's centre.
+// A tap that weighs less is not asked: rounding moves a place off its pixel's centre where the eyes stand in one place.
 const float LEAST_WEIGHT = 0.01;
-// The largest difference of the taps as a share of the light, which bounds the error of a value between them; and the largest
-// change of the light from eye to eye by the bound below. Both are what leaves fewer than 0.5 % of the pixels off by more than 2 %
+// How much of the light the taps may differ by: it bounds the error of a value between them. And how much of it may change
+// from eye to eye, by the bound below. Both are what leaves fewer than 0.5 % of the pixels off by more than 2 %
 // (docs/rendering.md).
 const float MOST_SPREAD = 0.04;
 const float MOST_CHANGE = 0.04;

@@ -32,7 +32,7 @@ layout(binding = 9, std430) readonly buffer Indices { uint indices[]; };
 layout(binding = 10) uniform usampler2DArray surface_image;
 layout(binding = 11) uniform sampler2DArray depth_image;
 layout(binding = 12, rgba32f) writeonly uniform image2DArray direct_image;
-// Rays to a light that has a size: to its rim first, and more of them in a penumbra.
+// Rays to a light that has a size: of the first question, and in a penumbra.
 #ifdef REUSE
 layout(binding = 13, rgba16f) writeonly uniform image2D diffuse_image;
 layout(binding = 14, std430) readonly buffer Rays { uint rays[]; };
@@ -52,8 +52,8 @@ layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; };
 #include "common/left_or_listed.glsl"
 #endif
 
-// A pixel first sends rays to points on the rim of the light's disc. Where all of them agree, the light counts as wholly
-// visible or wholly hidden: an edge across the disc that separates none of six points hides at most 3 % of it.
+// The rays of a pixel's first question: whether all that stands on the rim of the light's disc is alike. Where it is,
+// the light is whole or hidden: an edge across the disc that none of six finds hides at most 3 % of it.
 
 vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) {
     if (lights[i].size == 0.0) return light_share(lights[i], position, face_normal, vec2(0.0));

@@ -1,6 +1,6 @@
 #version 460
 // In: G-buffer, lights, their shadow maps. Out: what the punctual lights put on each pixel, in the shadows of all matter.
-// Writes what shadows.comp writes.
+// The other way to what shadows.comp writes.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

@@ -45,7 +45,7 @@ shared uint retry_first;
 shared uint lost_count;
 shared uint lost_first;
 
-// Where a ray continues in the next stage.
+// Where a ray goes on.
 const uint DONE = 0u;
 const uint TO_OTHER_EYE = 1u;
 const uint TO_GEOMETRY = 2u;

@@ -1,8 +1,8 @@
 #version 460
 // In: ray list, G-buffer, base of the depth pyramid. Out: for each listed pixel how its reflection ray ended.
 // The paper's §4.1 to the letter, as the oracle of trace.comp and trace_other_eye.comp: one loop over world fractions
-// that tests the ray against its own eye's view at every step, and against the other eye's view wherever its own eye does not
-// see it. No hierarchy, no screen fractions: cell borders are met in clip space, where the ray is linear for every eye.
+// that asks the ray's own eye at every step and the other one wherever the own eye sees it not. No hierarchy, no
+// screen fractions: cell borders are met in clip space, where the ray is linear for every eye.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -111,7 +111,7 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
             if (s < mine.first) s = mine.first;
             else if (s < theirs.first && theirs.first < theirs.last) s = theirs.first;
             else return TALLY_LEFT_VIEW;
-            // Neither eye saw what the ray passed on the way.
+            // Nobody saw what it passed on the way.
             lost = true;
             continue;
         }
@@ -128,7 +128,7 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
         if (there) {
             Cell cell = cell_at(theirs, other, s);
             if (cell.side == INSIDE) return found(r, ivec3(cell.pixel, other), cell.meets, hit);
-            // The ray is behind what both eyes see: neither eye knows what is there.
+            // Behind for both: no eye knows what is there.
             lost = lost || cell.side == BEHIND;
             next = min(next, cell.leaves);
         } else {

@@ -2,8 +2,8 @@
 // In: the rays that left their own eye's view or went behind matter there, G-buffer, depth pyramid. Out: their hits.
 // The second stage of the paper's §4.1 (both cases of its Fig. 3): the ray goes on in the other eye's view from the
 // world fraction where its own eye lost it. Where that eye loses it too, it goes on behind the matter in its own eye's
-// view, as the baseline's rays do (§5.4). Testing both eyes at every step (trace_one_loop.comp) answers one more ray in a
-// hundred and costs as much again.
+// view, as the baseline's rays do (§5.4). Asking both eyes for ever (see
+// trace_one_loop.comp) answers one ray in a hundred more and costs as much again.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -31,7 +31,7 @@ shared uint tally[TALLY_WORDS];
 shared uint lost_count;
 shared uint lost_first;
 
-// Whether a ray through the scene's geometry follows.
+// Whether the geometry is to be asked.
 bool trace_listed(ivec3 texel) {
     uint own = uint(texel.z), other = 1u - own;
     ScreenRay r = screen_ray(texel, sample_index);
@@ -57,7 +57,7 @@ bool trace_listed(ivec3 texel) {
             s = world_fraction(segment, m.t);
         }
     }
-    // Where rays through the geometry follow, no ray continues behind matter that may be thicker than the views show.
+    // Where the geometry can be asked, no ray goes on behind matter on trust.
     if (LOST_SHARE != 0u && lost) {
         word = left_own ? TALLY_LEFT_VIEW : TALLY_BEHIND;
         hit.status = UNKNOWN;

@@ -32,7 +32,7 @@ Intersection intersect(vec3 origin, vec3 direction) {
 
 vec3 transmittance(vec3 origin, vec3 direction, float t_max) {
     uint flags = gl_RayFlagsTerminateOnFirstHitEXT;
-    // `intersect` counts transmitting triangles among the opaque ones; here every triangle is examined.
+    // What transmits lies among the opaque triangles of `intersect`: here every triangle is asked.
     if (HAS_GLASS != 0u) flags |= gl_RayFlagsNoOpaqueEXT;
     else if (HAS_MASK == 0u) flags |= gl_RayFlagsOpaqueEXT;
     vec3 share = vec3(1.0);

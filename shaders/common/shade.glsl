@@ -1,5 +1,5 @@
 // Light that leaves a surface towards v without its traced reflection: emission, punctual lights, diffuse environment,
-// and the specular environment only where no ray is traced. Shadows are in shadow.glsl.
+// and the specular environment only where no ray is traced. What stands in a light's way is shadow.glsl's.
 // The same functions for the `lighting` pass and for the reference's hits. Needs `lights` (LightData[]), `brdf_table`
 // (sampler2D: F0·A + B) and what environment.glsl needs.
 #ifndef SHADE_GLSL

@@ -136,8 +136,8 @@ impl State {
         read_access: Acc::NONE,
     };
 
-    /// A colour image that its owner (a compositor) has just handed over. The first use here waits for all of the owner's
-    /// work.
+    /// A colour image that somebody else (a compositor) has just handed over, with all of its work done or waited for
+    /// by whoever comes first.
     pub(super) const HANDED_OVER: State = State {
         layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
         write_stage: Stage::ALL_COMMANDS,

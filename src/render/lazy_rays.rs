@@ -1,4 +1,4 @@
-//! The scene's geometry for rays: built at its first use, and kept for later uses.
+//! The scene's geometry for rays, built when it is first asked for and kept for whoever asks next.
 
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;

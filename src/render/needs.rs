@@ -63,7 +63,7 @@ pub struct Needs {
     pub pairs: bool,
     /// What the frames before knew is used.
     pub accumulate: bool,
-    /// Something moves by itself, and its place in the last frame is computed.
+    /// Something moves by itself, and the last frame is asked where it was.
     pub motion: bool,
     /// The eyes are blended by it.
     pub blend_by_variance: bool,

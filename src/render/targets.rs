@@ -51,7 +51,7 @@ pub struct Filtered {
     pub hits: Image,
     /// Where rays may bring their own radiance.
     pub ray_radiance: Option<Image>,
-    /// Where the other eye or earlier frames are used.
+    /// Where the other eye has a say.
     pub pairs: Option<Pairs>,
     pub reflection: Image,
     /// Sums over several samples a pixel.

@@ -33,7 +33,7 @@ impl BakedLight {
         Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
     }
 
-    /// The same values in the host's memory, for paths that the processor traces.
+    /// For whoever traces on the host.
     pub fn gathered(&self) -> &Gathered {
         &self.gathered
     }

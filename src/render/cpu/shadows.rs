@@ -103,8 +103,8 @@ impl Lit<'_> {
         direct
     }
 
-    /// First sends rays to the rim of the light's disc. Where all of them agree, the light counts as wholly visible or wholly
-    /// hidden: an edge across the disc that separates none of six points hides at most 3 % of it.
+    /// Whether all that stands on the rim of the light's disc is alike is asked first: where it is, the light is whole or
+    /// hidden, because an edge across the disc that none of six rays finds hides at most 3 % of it.
     fn mean_share(
         &mut self,
         (i, light): (u32, &Light),

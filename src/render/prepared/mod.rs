@@ -252,7 +252,7 @@ impl Prepared {
     }
 
     /// How rays through the geometry find what they hit, `bvh` or `ray-query`, and `cpu` where the processor traces the
-    /// reference's or those of the views' shadows; `None` where no ray is sent through it.
+    /// reference's or those of the views' shadows; `None` where no ray asks it.
     pub fn tracer(&self) -> Option<&'static str> {
         if self.needs.cpu_paths || self.needs.cpu_shadows {
             return Some("cpu");
