@@ -1,10 +1,13 @@
-//! Compiles `shaders/*.{comp,vert,frag}` to SPIR-V with `glslc` (or what `GLSLC` names).
+//! Compiles `shaders/*.{comp,vert,frag}` and those of `shaders/display/` to SPIR-V, with `glslc` or the compiler that the
+//! variable `GLSLC` names, and writes `shaders.rs` and `display_shaders.rs`, which `render::shaders` and `display::shaders`
+//! include.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Shaders that are compiled once more with words defined, as NAME_word_word.comp.
+/// Shaders that are compiled again with these macros defined (separated by spaces). Variants are named like
+/// `shadows_reuse_ray_query.comp`.
 const VARIANTS: &[(&str, &str)] = &[
     ("ao_blend.comp", "LISTED"),
     ("ao_filter.comp", "LISTED"),
@@ -29,7 +32,7 @@ fn main() {
         return;
     }
     let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    // What displays need is a list of its own: it has no part in a stimulus' address.
+    // The displays' shaders have a list of their own, because they are no part of a stimulus' address.
     let all = compile_all(Path::new("shaders"), &out, "shaders.rs")
         .and_then(|()| compile_all(Path::new("shaders/display"), &out, "display_shaders.rs"));
     if let Err(message) = all {
@@ -38,7 +41,7 @@ fn main() {
     }
 }
 
-/// Compiles every stage of a folder and writes a list: a static of words each, and the list of all.
+/// Compiles every shader stage of a folder, and writes Rust code with a static for each shader and a list of all of them.
 fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> = entries
@@ -73,8 +76,8 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
 }
 
-/// The lines at a shader's head say that no picture of the reference passes through it, or not with these words defined:
-/// `// Reference: never.` or `// Reference: never with WORD.`
+/// Whether no picture of the reference depends on a shader with these macros defined. The comment at the shader's head says
+/// so, by a line `// Reference: never.`, or `// Reference: never with MACRO.` for the variants with that macro.
 fn is_of_views(text: &str, words: &str) -> bool {
     let head = text.lines().skip(1).take_while(|line| line.starts_with("//"));
     let mut said = head.filter_map(|line| line.strip_prefix("// Reference: never")?.strip_suffix('.'));
@@ -84,10 +87,10 @@ fn is_of_views(text: &str, words: &str) -> bool {
     })
 }
 
-/// A static of words.
+/// Appends the static of one shader to `code`, and its name to `list`.
 fn add(code: &mut String, list: &mut String, name: &str, target: &Path) {
     let symbol = name.replace('.', "_").to_uppercase();
-    // The wrapper's first field aligns the bytes to words.
+    // The wrapper's first field aligns the SPIR-V bytes to words.
     let _ = writeln!(
         code,
         "static {symbol}_BYTES: &Aligned<[u8]> = &Aligned {{ _word: [], bytes: *include_bytes!({target:?}) }};\n\

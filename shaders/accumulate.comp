@@ -1,22 +1,24 @@
 #version 460
-// In: what each eye's filter knows of a pixel's reflection in this frame, and what the frames before knew of it. Out: both
-// together, for the frames to come and for reproject.comp; with FINISH the outgoing reflection.
-// Where the reflection was is asked twice (seed 002): at the place of the surface in the last frame, and where the last
-// frame's eye saw the virtual image of what is reflected in that surface. The history that agrees better is taken.
-// The weight of this frame against the history follows from bias and variances (seed 003, equation 4: Philippi et al.
-// 2023); the history carries its effective number of frames (equation 5), so that a still view converges as their mean.
+// In: each eye's filtered reflection of this frame, and the history, which is the accumulated reflection of earlier frames.
+// Out: the new history, for the next frame and for reproject.comp; with FINISH the outgoing reflection.
+// The history is looked up in two places (seed 002): where the surface was in the last frame, and where the last frame's eye
+// saw the virtual image of what the surface reflects. The history that fits this frame better is used.
+// The weight of this frame against the history follows from bias and variances (seed 003, equation 4: Philippi et al. 2023).
+// The history carries its effective number of frames (equation 5), so that a still view converges to the mean of its frames.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// 0: by bias and variance; 1: a tenth of each new frame; 2: likewise, and the history is clamped to the neighbourhood.
+// The weight of a new frame. 0: by bias and variance; 1: one tenth; 2: one tenth, and the history is clamped to the
+// neighbourhood.
 layout(constant_id = 0) const uint WEIGHTS = 0u;
-// 0: the better one of both; 1: the surface's motion alone; 2: the virtual image's alone.
+// Where the history is looked up. 0: in both places, and the better one is used; 1: at the surface's last place; 2: at the
+// virtual image's last place, and at the surface's only where this frame does not know the distance.
 layout(constant_id = 1) const uint SOURCE = 0u;
-// 1: something in the scene moves by itself.
+// 1: some object of the scene moves.
 layout(constant_id = 2) const uint MOVES = 0u;
-// 1: no reuse between the eyes follows.
+// 1: reproject.comp does not run after this pass, which therefore writes the outgoing reflection.
 layout(constant_id = 3) const uint FINISH = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -24,11 +26,11 @@ layout(binding = 1, std140) uniform LastFrames { FrameUniform last; };
 layout(binding = 2, std430) buffer Counters { CountersData counters; };
 layout(binding = 3) uniform usampler2DArray surface_image;
 layout(binding = 4) uniform usampler2DArray guide_image;
-// As resolve.comp writes them for pairs: C·L and C; Σ w, nearness, variance of L.
+// As resolve.comp writes them with FOR_PAIRS: C·L and C; Σ w, nearness, variance of L.
 layout(binding = 5) uniform sampler2DArray known_image;
 layout(binding = 6) uniform sampler2DArray standing_image;
-// The history: the guide of its frame; C·L and C; Σ w, nearness, variance of L, effective number of frames; variance of L
-// of a single frame, and how far the last frames lay above the history (a running mean).
+// The history, image by image: the guide of its frame; C·L and C; Σ w, nearness, variance of L, effective number of frames;
+// the variance of L of a single frame, and the running mean of how far the last frames lay above the history.
 layout(binding = 7) uniform usampler2DArray last_guide_image;
 layout(binding = 8) uniform sampler2DArray last_known_image;
 layout(binding = 9) uniform sampler2DArray last_standing_image;
@@ -44,12 +46,12 @@ layout(binding = 17) uniform sampler2D specular_map;
 layout(binding = 18) uniform sampler2D brdf_table;
 layout(binding = 19, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 20, rgba16f) writeonly uniform image2DArray reflection_image;
-// With MOVES: rows that take a point of an instance from where it is to where it was, three an instance; and what tells
-// which instance a pixel reflects.
+// With MOVES: for each instance the three rows of the matrix that takes a point from where it is to where it was in the last
+// frame; and the images that tell which instance a pixel reflects.
 layout(binding = 21, std430) readonly buffer Motions { vec4 motions[]; };
 layout(binding = 22) uniform usampler2DArray hit_image;
 layout(binding = 23) uniform usampler2DArray instance_image;
-// has_history 0: there is no last frame. is_changing 1: something moved by itself since then.
+// has_history 0: there is no last frame. is_changing 1: some object has moved since the last frame.
 layout(push_constant) uniform Constants { uint has_history; uint is_changing; };
 
 #include "common/hit.glsl"
@@ -60,57 +62,60 @@ layout(push_constant) uniform Constants { uint has_history; uint is_changing; };
 
 // Share of a new frame with constant weights (seed 003, §1).
 const float CONSTANT_SHARE = 0.1;
-// The history's clamp: so many standard deviations about the neighbourhood's mean.
+// Half width of the history's clamp about the neighbourhood's mean, in standard deviations.
 const float CLAMP_DEVIATIONS = 1.25;
-// What a frame adds to the running mean of differences, and the variance of that mean over the difference's own.
+// The weight of a frame in the running mean of differences, and that mean's variance divided by a single difference's.
 const float TREND_RATE = 0.25;
 const float TREND_VARIANCE = TREND_RATE / (2.0 - TREND_RATE);
-// A running mean beyond so many of its standard deviations is bias.
+// A running mean that is larger than this many of its standard deviations counts as bias.
 const float TREND_DEVIATIONS = 4.0;
-// A difference enters the running mean cut at so many standard deviations, so that no single outlier is taken for bias.
+// Differences are clamped to this many standard deviations before they enter the running mean, so that no single outlier
+// counts as bias.
 const float OUTLIER = 3.0;
-// And the noise that is learned cut at so many, so that a change of the scene does not pass for noise.
+// Differences are clamped to this many standard deviations before the noise is learned from them, so that a change of the
+// scene is not learned as noise.
 const float LEARNED_OUTLIER = 6.0;
-// A history so many standard deviations beyond all of the neighbourhood is biased at once, if it is too bright: the noise
-// of reflections has bright outliers and no dark ones. If it is too dark, the frame before must have been bright, too: by
-// so many standard deviations in the running mean.
+// A history that is brighter than the whole neighbourhood by this many standard deviations is biased at once. A darker one is
+// biased only if the frames before were bright as well, because the noise of reflections has bright outliers and no dark
+// ones: the running mean must exceed WAS_BRIGHT standard deviations.
 const float OUTSIDE_DEVIATIONS = 2.0;
 const float OUTSIDE_WHILE_CHANGING = 1.0;
 const float WAS_BRIGHT = 0.5;
-// The variance of a single frame is learned over this many frames; the filter's own estimate counts as three of them.
+// The variance of a single frame is a running mean over at most this many frames, in which the filter's own estimate counts
+// as PRIOR_FRAMES frames.
 const float MOST_LEARNED = 32.0;
 const float PRIOR_FRAMES = 3.0;
-// A fetch between texels blurs the history by a sixth of a squared pixel on the mean. A history that moves may be blurred
-// by no more than the lobe blurs what is reflected: it counts for at most so many frames a squared pixel of the lobe's half
-// width, and for at most so many at all.
+// A bilinear fetch between texels blurs the history by a sixth of a squared pixel on average. A moving history may be blurred
+// no more than the lobe blurs the reflection. It therefore counts for at most FRAMES_A_LOBE frames times the square of the
+// lobe's half width in pixels, within the two bounds below.
 const float FRAMES_A_LOBE = 6.0;
-// Fewer would leave the noise of narrow lobes as it is.
+// Fewer frames would not reduce the noise of narrow lobes.
 const float LEAST_MOVING_FRAMES = 6.0;
 const float MOST_MOVING_FRAMES = 32.0;
-// While something moves by itself, what is reflected may change anywhere: the history counts for fewer frames, and is
-// biased sooner.
+// While an object moves, any reflection may change. The history then counts for fewer frames and is taken as biased sooner
+// (OUTSIDE_WHILE_CHANGING).
 const float MOST_CHANGING_FRAMES = 1.0;
 
-// The surface's history is taken where its mismatch is less than this share of the image's.
+// The surface's history is used where its mismatch is less than this share of the virtual image's.
 const float BETTER_SURFACE = 0.25;
 
 struct History {
     vec4 light;      // C·L, C
     vec4 standing;   // Σ w, nearness, variance, frames
-    vec2 trend;      // variance of a frame, running mean of differences
-    float weight;    // Σ w of a frame
-    float shown;     // share of the taps that show the same surface; 0: no history
+    vec2 trend;      // variance of a single frame, running mean of differences
+    float weight;    // Σ w of a single frame
+    float shown;     // bilinear weight of the texels that show the same surface; 0: no history
     vec2 pixel;
 };
 
 const History NO_HISTORY = History(vec4(0.0), vec4(0.0), vec2(0.0), 0.0, 0.0, vec2(0.0));
 
-// What the neighbourhood of 3×3 pixels shows of the same surface in this frame.
+// Statistics of this frame's light over those of the 3×3 pixels that show the same instance.
 struct Neighbourhood {
-    float known;     // pixels that know some light
+    float known;     // number of pixels whose light is at least partly known
     vec3 mean;       // of L
     vec3 deviation;
-    float least;     // of the luminance of L
+    float least;     // this and the next three: of the luminance of L
     float most;
     float average;
     float variance;
@@ -118,7 +123,7 @@ struct Neighbourhood {
 
 float known_luminance(vec4 light) { return light.a > 0.0 ? luminance(light.rgb) / light.a : 0.0; }
 
-// Where a point of an instance (id + 1; 0: none) was in the last frame; w: 1 for a point, 0 for a direction.
+// Where a point of an instance (id + 1; 0: none) was in the last frame. at.w is 1 for a point and 0 for a direction.
 vec3 moved(uint instance, vec4 at) {
     if (MOVES == 0u || instance == 0u) return at.xyz;
     uint first = (instance - 1u) * 3u;
@@ -146,7 +151,8 @@ vec3 last_position(uint eye, vec2 pixel, float depth) {
     return last.eyes[eye].position_near.xyz + ray * (last.eyes[eye].position_near.w / depth);
 }
 
-// The history about a pixel of the last frame, of the texels that show the surface p, which was at `was` with that normal.
+// The history at a place of the last frame, in pixels: bilinear over those of the four texels that show p's surface, which
+// was at `was` with the normals `normal_was` and `face_was`.
 History history_at(Pixel p, vec3 was, vec3 normal_was, vec3 face_was, vec2 pixel) {
     History h = NO_HISTORY;
     h.pixel = pixel;
@@ -180,8 +186,9 @@ History history_at(Pixel p, vec3 was, vec3 normal_was, vec3 face_was, vec2 pixel
     return h;
 }
 
-// Where the last frame's eye saw what p reflects from `far` away: the virtual image of where the reflected point was, on
-// the line from that eye through the plane of where p was.
+// The pixel in which the last frame's eye saw what p reflects from `far` metres away. The reflected point is moved back to
+// the last frame and mirrored in the plane where p was; the line from the eye to this virtual image meets the plane in the
+// pixel. False: that eye did not see it.
 bool last_image(Pixel p, vec3 was, vec3 normal_was, float far, uint reflected, out vec2 pixel) {
     uint eye = uint(p.texel.z);
     vec3 point = moved(reflected, vec4(p.position + reflect(-p.v, p.surface.normal) * far, 1.0));
@@ -223,8 +230,8 @@ Neighbourhood neighbourhood(Pixel p) {
     return n;
 }
 
-// How badly a history fits what this frame sees about the pixel: luminance in units of the noise, and the distance of
-// what is reflected.
+// How badly a history fits this frame around the pixel: the difference of luminances in units of the noise, and the
+// difference of the distances of what is reflected.
 float mismatch(History h, Neighbourhood n, float variance, float nearness) {
     float light = square(known_luminance(h.light) - n.average) / max(n.variance + variance, 1e-12);
     float there = h.standing.y;
@@ -232,8 +239,8 @@ float mismatch(History h, Neighbourhood n, float variance, float nearness) {
     return min(light, 100.0) + 0.25 * min(place, 100.0);
 }
 
-// Squared bias of the history, as far as it is more than noise. noise: variance of a frame's difference from the history;
-// before, trend: the running mean without and with this frame.
+// Squared bias of the history, after subtracting what noise explains. noise: variance of a frame's difference from the
+// history; before, trend: the running mean without and with this frame.
 float squared_bias(History h, Neighbourhood n, float noise, float before, float trend) {
     float deviation = sqrt(noise), l = known_luminance(h.light);
     float margin = (is_changing != 0u ? OUTSIDE_WHILE_CHANGING : OUTSIDE_DEVIATIONS) * deviation;
@@ -263,7 +270,7 @@ void main() {
     uint eye = uint(texel.z);
     vec4 own = texelFetch(known_image, texel, 0);
     vec4 standing = vec4(texelFetch(standing_image, texel, 0).xyz, 1.0);
-    // A mirror has no noise to lose.
+    // A mirror has no noise that a history could reduce.
     if (has_history == 0u || is_mirror(p.surface)) {
         store(p, own, standing, vec2(standing.z, 0.0));
         return;
@@ -279,7 +286,7 @@ void main() {
     bool needs_surface = SOURCE != 2u || standing.y <= 0.0;
     if (needs_surface && last_pixel(eye, was, pixel)) of_surface = history_at(p, was, normal_was, face_was, pixel);
     if (SOURCE != 1u) {
-        // Where this frame knows no distance, the history may.
+        // Where this frame does not know the distance of what is reflected, the surface's history may know it.
         float nearness = standing.y;
         float far = nearness > 0.0 ? 1.0 / nearness - eye_distance
                                    : 1.0 / max(of_surface.standing.y, 1e-9) - last_eye_distance;
@@ -296,7 +303,7 @@ void main() {
         h = of_surface;
     } else if (SOURCE == 0u && of_surface.shown > 0.0) {
         float a = mismatch(of_surface, n, standing.z, standing.y), b = mismatch(of_image, n, standing.z, standing.y);
-        // The image is right unless something else stands where it was looked for.
+        // The virtual image's history is right unless it belongs to something else at that place.
         if (a < BETTER_SURFACE * b) h = of_surface;
     }
     if (h.shown <= 0.0) {
@@ -317,7 +324,7 @@ void main() {
         share = max(CONSTANT_SHARE, share);
         if (WEIGHTS == 2u) {
             vec3 reach = CLAMP_DEVIATIONS * n.deviation;
-            // The light, not how much of it is known.
+            // L is clamped, and not C·L, which also depends on how much of the light is known.
             vec3 l = h.light.rgb / max(h.light.a, 1e-6);
             if (n.known > 0.0) h.light.rgb = clamp(l, n.mean - reach, n.mean + reach) * h.light.a;
         }
@@ -327,9 +334,9 @@ void main() {
         float before = trend;
         trend = mix(trend, clamp(difference, -OUTLIER * deviation, OUTLIER * deviation), TREND_RATE);
         float bias2 = squared_bias(h, n, noise, before, trend);
-        // σ² of this frame over everything: without noise the new frame is right.
+        // 1 − σ²/(bias² + σ²/N + σ²), with σ² the variance of a frame. Without noise the new frame is right.
         share = variance > 1e-20 ? 1.0 - variance / (bias2 + noise) : 1.0;
-        // What is taken over is no longer apart.
+        // The share of this frame that enters the history no longer differs from it.
         trend *= bias2 > 0.0 ? 1.0 - share : 1.0;
         float learned = min(frames, MOST_LEARNED) + PRIOR_FRAMES;
         float known_noise = max(noise, max(standing.z, n.variance));
@@ -345,7 +352,7 @@ void main() {
         nearness = nearness > 0.0 ? mix(there, nearness, share) : there;
     }
     float weight = mix(h.weight, standing.x, share);
-    // Of a frame and of the mean.
+    // `weight` is Σ w of a single frame; the history keeps Σ w of all its frames and the variance of their mean.
     vec4 standing_now = vec4(weight * count, nearness, variance / count, count);
     store(p, light, standing_now, vec2(variance, trend));
 }

@@ -1,6 +1,6 @@
 #version 460
-// In: filtered visibility of both eyes, the map of pairs. Out: the list of the pixels that differ visibly from their pair:
-// the adaptive map of seed 001 (its equation 2, after Weber's law), with the arguments of the dispatches over it.
+// In: filtered visibility of both eyes, the map of pairs. Out: the list of the pixels that differ visibly from their pair,
+// with the arguments of the indirect dispatches over it: the adaptive map of seed 001 (its equation 2, after Weber's law).
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -12,7 +12,7 @@ layout(binding = 1) uniform usampler2DArray pair_image;
 layout(binding = 2) uniform sampler2DArray visibility_image;
 layout(binding = 3, std430) writeonly buffer Rays { uint rays[]; };
 layout(binding = 4, std430) buffer Arguments { uint arguments[4]; };
-// The difference between the eyes, relative to the pixel's own value, from which on it is seen.
+// The smallest visible difference between the eyes, relative to the pixel's own value.
 layout(push_constant) uniform Constants { float threshold; };
 
 #include "common/ao.glsl"

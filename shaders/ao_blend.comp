@@ -1,7 +1,7 @@
 #version 460
-// In: what each eye's filter found with the weight of its taps, the map of pairs. Out: visibility of the pixels that have a
-// pair, or with LISTED of the listed ones: both eyes' together, by their weights (seed 001, equation 1: Shi et al. 2022).
-// The pair's neighbourhood was filtered for the pair itself, so nothing is filtered twice.
+// In: each eye's filtered visibility with the weight of its taps, the map of pairs. Out: visibility of the pixels that have a
+// pair, or with LISTED of the listed ones: both eyes' values blended by their weights (seed 001, equation 1: Shi et al. 2022).
+// The pair's neighbourhood was already filtered for the pair itself, so nothing is filtered twice.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -29,7 +29,7 @@ void blend(ivec3 texel) {
     vec2 own = unpack_visibility(texelFetch(filtered_image, texel, 0).x);
     vec2 other = unpack_visibility(texelFetch(filtered_image, pair_of(word, texel.z), 0).x);
     float share = smoothstep(0.45, 0.50, own.y / max(own.y + other.y, 1e-6));
-    // What the own filter found is there already.
+    // With a share of 1 the image already holds this eye's own value.
     if (share < 1.0) imageStore(visibility_image, texel, vec4(mix(other.x, own.x, share)));
 }
 

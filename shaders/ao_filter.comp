@@ -1,8 +1,8 @@
 #version 460
 // In: visibility and depth, normals. Out: visibility filtered along one axis (x, then y) by the cross-bilateral filter
-// (Eisemann & Durand 2004), with how much its taps weigh; with LISTED at the listed pixels alone.
-// A tap weighs by its distance in pixels, spread 3 (seed 001, § "Experiments"), and by how far its place in the world lies
-// off the pixel's plane.
+// (Eisemann & Durand 2004), with the weight of its taps; with LISTED at the listed pixels alone.
+// A tap's weight falls with its distance in pixels, with a standard deviation of 3 (seed 001, § "Experiments"), and with its
+// position's distance from the pixel's plane.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -12,7 +12,7 @@ layout(local_size_x = 64) in;
 #else
 layout(local_size_x = 8, local_size_y = 8) in;
 #endif
-// 0: along x, for the second pass; 1: along y.
+// 0: the first pass, along x; 1: the second pass, along y.
 layout(constant_id = 0) const uint SECOND = 0u;
 // 1: the second pass keeps the weights, for the other eye.
 layout(constant_id = 1) const uint KEEP_WEIGHTS = 0u;
@@ -34,12 +34,12 @@ layout(binding = 6, std430) readonly buffer Arguments { uint arguments[4]; };
 #include "common/ray_list.glsl"
 #endif
 
-// Pixels; twice the spread.
+// Pixels: twice the standard deviation.
 const int REACH = 6;
 const float SPREAD = 3.0;
-// Σ exp(−k²/(2·3²)) over −6 ≤ k ≤ 6: the most that the taps can weigh.
+// Σ exp(−k²/(2·3²)) over −6 ≤ k ≤ 6: the largest possible sum of the taps' weights.
 const float MOST_WEIGHT = 7.29805;
-// Spread of the distances from the plane: so many pixels' width at the pixel's distance.
+// Standard deviation of the distances from the plane, in widths of a pixel at the pixel's distance.
 const float PLANE_SPREAD = 1.0;
 
 void filter_pixel(ivec3 texel) {
@@ -50,12 +50,12 @@ void filter_pixel(ivec3 texel) {
         else imageStore(to_image, texel, uvec4(own, 0u, 0u));
         return;
     }
-    // Written out: Mesa 22.3 gives (0, 0) for a choice between constant vectors by a specialisation constant.
+    // Not a conditional expression: Mesa 22.3 gives (0, 0) when a specialisation constant selects between constant vectors.
     ivec2 axis = ivec2(1, 0);
     if (SECOND != 0u) axis = ivec2(0, 1);
     EyeRays e = eye_rays(uint(texel.z));
     vec3 normal = unpack_direction(texelFetch(surface_image, texel, 0).y);
-    // Height of a place over the eye along the normal: linear in the pixel, times its distance along the view.
+    // A position's height over the eye along the normal: a linear function of the pixel, times the distance along the view.
     vec2 center = vec2(texel.xy) + 0.5;
     float height = dot(normal, e.first + center.x * e.across + center.y * e.down);
     float rise = dot(normal, SECOND != 0u ? e.down : e.across);
@@ -92,7 +92,7 @@ void main() {
     if (listed_pixel(texel)) filter_pixel(texel);
 #else
     uvec3 id = gl_GlobalInvocationID;
-    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    // All invocations of a group belong to one eye, so that a software device loads the eye's constants once for all lanes.
     if (all(lessThan(id.xy, frame.size))) filter_pixel(ivec3(id.xy, gl_WorkGroupID.z));
 #endif
 }

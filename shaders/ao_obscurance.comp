@@ -1,7 +1,8 @@
 #version 460
-// In: G-buffer, and for both views the map of pairs. Out: raw visibility and depth of each pixel; with LISTED of the listed
-// pixels alone. A pixel that copies its pair is left to ao_reproject.comp; of the listed ones a pixel writes for the pair
-// that copies it, and one whose pair is not listed is estimated where its pair is.
+// In: G-buffer, and with STEREO the map of pairs. Out: raw visibility and depth of each pixel; with LISTED of the listed
+// pixels alone.
+// Without LISTED, pixels that copy their pair are left to ao_reproject.comp. With LISTED, a listed pixel also writes the value
+// of the pixel that copies it; a copying pixel whose pair is not listed is estimated itself, at its pair's pixel.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -11,7 +12,7 @@ layout(local_size_x = 64) in;
 #else
 layout(local_size_x = 8, local_size_y = 8) in;
 #endif
-// 1: in both views.
+// 1: every sample is looked up in both views.
 layout(constant_id = 0) const uint STEREO = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -26,14 +27,14 @@ layout(binding = 7) uniform sampler2DArray visibility_image;
 #endif
 layout(push_constant) uniform Constants {
     float radius;       // of the disk, metres
-    float threshold;    // as ao_adaptive.comp has it
+    float threshold;    // see ao_adaptive.comp
 };
 
 #include "common/ao_estimate.glsl"
 #ifdef LISTED
 #include "common/ray_list.glsl"
 
-// Whether the first pixel is listed for its difference from the second.
+// Whether ao_adaptive.comp has listed the first pixel for its difference from the second.
 bool is_listed(ivec3 texel, ivec3 pair) {
     float own = texelFetch(visibility_image, texel, 0).x;
     return differs_visibly(own, texelFetch(visibility_image, pair, 0).x, threshold);
@@ -61,7 +62,7 @@ void main() {
 #else
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
-    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    // All invocations of a group belong to one eye, so that a software device loads the eye's constants once for all lanes.
     ivec3 texel = ivec3(id.xy, gl_WorkGroupID.z);
     float depth = texelFetch(depth_image, texel, 0).x;
     if (STEREO != 0u) {

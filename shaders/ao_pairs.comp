@@ -1,8 +1,9 @@
 #version 460
-// In: G-buffer. Out: depth of each pixel and the other eye's pixel that shows the same place, found by reprojection and a
-// back check (seed 001, its fig. 5; Nehab et al. 2007), in one texel.
-// Of a pair one pixel is estimated and the other one copies it. The seed estimates in the left view. Here it is the eye
-// that is nearer to the place, so that exchanged eyes see exchanged pictures; both, where both are as near.
+// In: G-buffer. Out: for each pixel, in one texel, its depth and the other eye's pixel that shows the same place. The pair is
+// found by reprojection with a check that it leads back (seed 001, its fig. 5; Nehab et al. 2007).
+// In each pair one pixel is estimated and the other one copies its value. The seed estimates in the left view. Here the eye
+// that is nearer to the place is estimated, so that exchanging the eyes exchanges the pictures. Where both eyes are equally
+// near, both are estimated.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -18,8 +19,9 @@ layout(binding = 3, rg32ui) writeonly uniform uimage2DArray pair_image;
 #include "common/camera.glsl"
 #include "common/math.glsl"
 
-// One place: cosine between the triangles' normals, distance from the plane relative to the view's, and how far from its
-// pixel's centre the pair leads back, pixels (a pixel's half diagonal each way, rounded up).
+// When two pixels show the same place: the least cosine between the triangles' normals, the largest distance from the plane
+// relative to the distance along the view's axis, and the largest distance, in pixels, between the pixel's centre and where
+// the pair leads back (half a pixel's diagonal each way, rounded up).
 const float LEAST_COSINE = 0.9;
 const float PLANE_TOLERANCE = 0.01;
 const float MOST_OFF = 1.5;
@@ -32,7 +34,7 @@ bool seen_at(vec3 position, int eye, out vec2 pixel) {
     return clip.w > 0.0 && all(greaterThanEqual(pixel, vec2(0.0))) && all(lessThan(pixel, vec2(frame.size)));
 }
 
-// The eye is as near to the place as the other one, or nearer.
+// Whether the eye is at least as near to the place as the other eye.
 bool leads(vec3 position, int eye) {
     vec3 own = position - eye_position(eye), other = position - eye_position(1 - eye);
     return dot(own, own) <= dot(other, other);
@@ -58,7 +60,7 @@ uint find_pair(ivec3 texel, float depth) {
 void main() {
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
-    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    // All invocations of a group belong to one eye, so that a software device loads the eye's constants once for all lanes.
     ivec3 texel = ivec3(id.xy, gl_WorkGroupID.z);
     float depth = texelFetch(depth_image, texel, 0).x;
     uint pair = depth > 0.0 ? find_pair(texel, depth) : 0u;

@@ -1,7 +1,8 @@
 #version 460
-// In: G-buffer, the scene's triangles. Out: visibility by rays, the oracle of the estimates in the views: cosine-weighted
-// about the triangle's normal, each hidden by what it hits at distance t as max(1 − t²/radius², 0), the estimates' falloff.
-// Progressive: the sum is kept and each dispatch adds rays. No filter.
+// In: G-buffer, the scene's triangles. Out: visibility by rays, against which the screen-space estimates are judged. The rays
+// are cosine-weighted about the triangle's normal. A hit at distance t hides max(1 − t²/radius², 0) of its ray, which is the
+// falloff of the estimates.
+// Progressive: the sum is kept, and each dispatch adds rays to it. Nothing is filtered.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
@@ -40,13 +41,13 @@ layout(push_constant) uniform Constants {
 #include "common/random.glsl"
 #include "common/hit_surface.glsl"
 
-// What these random numbers decide.
+// Purpose of the random numbers.
 const uint DRAW_AO_RAY = 18u;
 
 void main() {
     uvec3 id = gl_GlobalInvocationID;
     if (any(greaterThanEqual(id.xy, frame.size))) return;
-    // A group has one eye, so that a software device loads what belongs to it once for all lanes.
+    // All invocations of a group belong to one eye, so that a software device loads the eye's constants once for all lanes.
     ivec3 texel = ivec3(id.xy, gl_WorkGroupID.z);
     float depth = texelFetch(depth_image, texel, 0).x;
     if (depth == 0.0) {

@@ -1,6 +1,6 @@
 #version 460
 // In: the map of pairs, raw visibility where it was estimated. Out: raw visibility of the pixels that copy their pair
-// (seed 001, § "Stereo-aware obscurance estimation": reprojected with a back check).
+// (seed 001, § "Stereo-aware obscurance estimation": reprojection with a check that the pair leads back).
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -10,7 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform usampler2DArray pair_image;
-// No pixel that copies is copied.
+// Read and written in one pass without a race: a pixel that copies is never copied itself.
 layout(binding = 2, rg32ui) uniform uimage2DArray raw_image;
 
 void main() {

@@ -1,6 +1,6 @@
 #version 460
 // In: back faces of closed meshes, the front depth. Out: the nearest back face behind the front of its pixel.
-// The paper's §4.1; what lies before the front would open a hole of no thickness.
+// The paper's §4.1. Back faces before the front are discarded: they would give the surface no thickness, and rays would pass.
 // Reference: never.
 
 layout(set = 0, binding = 2) uniform sampler2DArray front_depth;

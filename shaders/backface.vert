@@ -1,5 +1,5 @@
 #version 460
-// In: vertices, instances, the eye. Out: clip position. Must give the depths of gbuffer.vert to the bit.
+// In: vertices, instances, the eye. Out: clip position. Its depths must equal those of gbuffer.vert to the bit.
 // The paper's §4.1: dual depth.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
@@ -10,7 +10,7 @@ layout(set = 0, binding = 1, std430) readonly buffer Instances { InstanceData in
 layout(push_constant) uniform Constants { uint eye; };
 layout(location = 0) in vec3 position;
 
-// Both passes must give the same depths.
+// This pass and the G-buffer's must give the same depths.
 invariant gl_Position;
 
 void main() {

@@ -1,6 +1,6 @@
 #version 460
-// Out: A and B of the specular lobe's albedo F0·A + B by n·v (x) and roughness (y), integrated from the very
-// functions that trace and resolve use (Karis 2013 for the split; a fit of another BRDF would not be ours).
+// Out: A and B of the specular lobe's albedo F0·A + B by n·v (x) and roughness (y). They are integrated from the same
+// functions that trace and resolve use, because a published fit would describe another BRDF (Karis 2013 for the split).
 #extension GL_GOOGLE_include_directive : require
 #include "common/brdf.glsl"
 #include "common/random.glsl"
@@ -24,7 +24,7 @@ void main() {
         for (uint i = 0u; i < samples; ++i) {
             vec3 l = sample_reflection(v, alpha, sample_2d(0u, 0u, uvec2(texel), i));
             if (l.z <= 0.0) continue;
-            // With F0 = 1 Fresnel is 1: f·cos/p alone.
+            // With F0 = 1 the Fresnel term is 1, and this is f·cos/p without it.
             float w = ggx_times_cosine(n, v, l, alpha, vec3(1.0)).x / reflection_pdf(v, l, alpha);
             float f = schlick(vec3(0.0), dot(v, normalize_or(v + l, n))).x;
             ab += w * vec2(1.0 - f, f);

@@ -1,19 +1,19 @@
 #version 460
-// In: G-buffer. Out: the list of pixels that trace a ray (x | y << 14 | eye << 28), the arguments of the dispatches
-// over it (Stachowiak 2015), and for the resolve what it asks of every neighbour in one texel.
+// In: G-buffer. Out: the list of pixels that trace a ray (x | y << 14 | eye << 28), the arguments of the indirect dispatches
+// over it (Stachowiak 2015), and the guide: all that the resolve needs to know of a neighbour, in one texel.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 #include "common/surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// 1: neighbours will be asked.
+// 1: a later pass reads the guide.
 layout(constant_id = 0) const uint WANT_GUIDE = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
 layout(binding = 1) uniform usampler2DArray surface_image;
 layout(binding = 2) uniform sampler2DArray depth_image;
 layout(binding = 3, std430) writeonly buffer Rays { uint rays[]; };
-// Groups of 64 (x, y, z), then the number of rays.
+// The number of groups of 64 in x, y and z, then the number of rays.
 layout(binding = 4, std430) buffer Arguments { uint arguments[4]; };
 
 layout(binding = 5) uniform usampler2DArray instance_image;

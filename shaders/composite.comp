@@ -1,9 +1,9 @@
 #version 460
-// In: radiance without reflections, reflections, G-buffer; with antialiasing the view's finer twin. Out: linear radiance
-// and reflection (stills), and the tone-mapped sRGB picture. The tone map is Khronos' PBR Neutral: colours below 0.8 stay
-// as they are.
-// Antialiasing: surfaces and their light are drawn FINER times as finely in both directions and averaged; reflections keep
-// their rate of a pixel. A fine sample takes the reflection of the pixel about it that shows the same surface.
+// In: radiance without reflections, reflections, G-buffer; with antialiasing also the view's finer twin. Out: linear radiance
+// and reflection (stills), and the tone-mapped sRGB picture. The tone map is Khronos' PBR Neutral, which leaves colours below
+// 0.8 as they are.
+// Antialiasing: surfaces and their light are drawn with FINER samples along each side of a pixel and averaged, but reflections
+// have one value per pixel. Each sample takes the reflection of its own pixel, or of a neighbour that shows its surface.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 #include "common/surface.glsl"
@@ -11,12 +11,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 // 1: a reflection was made; 0: nothing in view reflects.
 layout(constant_id = 0) const uint HAS_REFLECTION = 1u;
-// 1: the linear images are wanted (stills).
+// 1: the linear images are written (stills).
 layout(constant_id = 1) const uint WANT_LINEAR = 1u;
 
-// 1: the right eye's reflections are exchanged left and right (catch trials).
+// 1: the right eye's reflections are mirrored left to right (catch trials).
 layout(constant_id = 2) const uint UNRELATED = 0u;
-// Fine samples along a side of a pixel; 1: none.
+// Samples along each side of a pixel; 1: no antialiasing.
 layout(constant_id = 3) const uint FINER = 1u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -37,7 +37,7 @@ layout(binding = 13) uniform sampler2DArray fine_radiance_image;
 
 #include "common/camera.glsl"
 
-// Pixels without a ray were never written.
+// Whether the reflection of a pixel was written: pixels without a ray have none.
 bool reflects(ivec3 texel) {
     if (texelFetch(depth_image, texel, 0).x == 0.0 || !is_shown(texel.xy)) return false;
     return unpack_roughness(texelFetch(surface_image, texel, 0)) <= frame.ray_roughness_limit;
@@ -62,7 +62,7 @@ vec3 srgb(vec3 c) {
     return mix(high, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
 }
 
-// What is added to a pixel's light: its own reflection, or the right eye's exchanged left and right.
+// The reflection that is added to a pixel's light; with UNRELATED that of the mirrored pixel in the right eye.
 vec3 reflection_of(ivec3 texel) {
     if (HAS_REFLECTION == 0u || !reflects(texel)) return vec3(0.0);
     ivec3 from = texel;
@@ -70,7 +70,7 @@ vec3 reflection_of(ivec3 texel) {
     return reflects(from) ? texelFetch(reflection_image, from, 0).rgb : vec3(0.0);
 }
 
-// How little a pixel's surface has in common with a fine sample's: 0 the same place, 1 and more another surface.
+// How different a pixel's surface is from a fine sample's: 0 at the same place, 1 or more for another surface.
 float unlike(ivec3 texel, uint instance, vec3 normal, float depth) {
     if (!reflects(texel)) return 1e9;
     float other = texelFetch(instance_image, texel, 0).x == instance ? 0.0 : 4.0;
@@ -93,7 +93,7 @@ vec3 antialiased(ivec3 texel) {
         vec3 normal = unpack_direction(surface.x);
         ivec3 best = texel;
         float least = unlike(texel, instance, normal, depth);
-        // Its own pixel as a rule; at an edge the neighbour that shows the same surface.
+        // Usually the sample's own pixel shows the same surface; at an edge the most similar of its neighbours is taken.
         for (int j = 0; least >= 1.0 && j < 9; ++j) {
             ivec3 near = ivec3(clamp(texel.xy + ivec2(j % 3, j / 3) - 1, ivec2(0), last), texel.z);
             float of = unlike(near, instance, normal, depth);

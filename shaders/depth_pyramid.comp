@@ -1,7 +1,8 @@
 #version 460
-// In: front depth, back-face depth, G-buffer. Out: per cell the nearest front and the farthest back, raw reverse-Z, seven
-// levels of both eyes in one dispatch (Uludag 2018; the paper's §4.1 for the second channel).
-// A group reduces a 64×64 tile; cells beyond the image are identities, so that cell = pixel >> level at any size.
+// In: front depth, back-face depth, G-buffer. Out: for each cell the nearest front and the farthest back, as raw reverse-Z
+// depth, in seven levels of both eyes by one dispatch (Uludag 2018; the paper's §4.1 for the second channel).
+// A group reduces a tile of 64×64 pixels. Pixels beyond the image have the identity of the reduction, so that cell = pixel >>
+// level for any size of the image.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -9,8 +10,8 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 // 1: a back-face image is bound; 0: every mesh counts as open.
 layout(constant_id = 0) const uint HAS_BACK_FACES = 1u;
-// 1: an open mesh is at least as thick as its surface rises within the pixel, so that no ray slips between the pixels of
-// a slanted surface; 0: the stated thickness alone.
+// 1: an open mesh is at least as thick as the depth of its surface varies within the pixel, so that no ray slips between the
+// pixels of a slanted surface; 0: only as thick as open_mesh_thickness.
 layout(constant_id = 1) const uint CLOSE_SLOPES = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -28,7 +29,7 @@ layout(binding = 10) uniform usampler2DArray surface_image;
 #include "common/camera.glsl"
 #include "common/surface.glsl"
 
-// Nothing in front, nothing behind.
+// The depths of a cell without matter.
 const vec2 IDENTITY = vec2(0.0, 1e30);
 
 shared vec2 cells[32 * 32];
@@ -41,15 +42,16 @@ vec2 base(ivec3 texel) {
     if (front == 0.0) return IDENTITY;
     float back = HAS_BACK_FACES != 0u ? texelFetch(back_image, texel, 0).x : 0.0;
     if (back == 0.0) {
-        // An open mesh: matter of the stated thickness behind the surface.
+        // An open mesh has matter of thickness open_mesh_thickness behind its surface.
         float near = frame.eyes[texel.z].position_near.w;
         back = near / (near / front + frame.open_mesh_thickness);
         if (CLOSE_SLOPES != 0u) {
-            // Raw depth of a plane is linear in the image: this much it falls from the centre to the farthest corner.
+            // The raw depth of a plane is linear in the image. It falls by this much from the pixel's centre to its farthest
+            // corner.
             vec3 n = unpack_direction(texelFetch(surface_image, texel, 0).y);
             float along = abs(dot(n, scaled_ray(texel.z, vec2(texel.xy) + 0.5)));
             float across = abs(dot(n, frame.eyes[texel.z].ray_across.xyz)) + abs(dot(n, frame.eyes[texel.z].ray_down.xyz));
-            // Where the plane is seen edge on, a pixel holds no more of it than half of the way to the eye.
+            // Bounded where the plane is seen edge-on: the back's raw depth is at least half the front's.
             back = min(back, front * max(1.0 - 0.5 * across / max(along, 1e-6), 0.5));
         }
     }
@@ -70,7 +72,7 @@ void main() {
     ivec2 local = ivec2(gl_LocalInvocationID.xy);
     ivec2 tile = ivec2(gl_WorkGroupID.xy);
     int eye = int(gl_WorkGroupID.z);
-    // Four cells of level 1 each, from sixteen pixels.
+    // Each invocation reduces sixteen pixels to four cells of level 1.
     for (int i = 0; i < 4; ++i) {
         ivec2 cell = local * 2 + ivec2(i & 1, i >> 1);
         ivec2 pixel = tile * 64 + cell * 2;
@@ -84,7 +86,7 @@ void main() {
         cells[cell.y * 32 + cell.x] = v;
         store(1, ivec3(tile * 32 + cell, eye), v);
     }
-    // Each further level in place: cell (x, y) of it lies at (x, y) << (level − 1).
+    // The further levels are reduced in place: cell (x, y) of a level lies at (x, y) << (level − 1).
     int index = int(gl_LocalInvocationIndex);
     for (int level = 2; level <= 6; ++level) {
         barrier();

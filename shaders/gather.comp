@@ -1,16 +1,17 @@
 #version 460
-// In: points on the scene's surfaces, the scene's BVH, lights, environment, the light of the round before. Out: the light
+// In: points on the scene's surfaces, the scene's BVH, lights, environment, the light of the previous round. Out: the light
 // that each point gathers, as irradiance / π, and the share of its rays that met the back of a surface.
-// What glows is looked for by the rays and by points chosen on the emitters; each way counts by the balance heuristic
-// (Veach 1997), so that small lamps make no spots and large windows near by none either.
-// One round adds one bounce: each hit is shaded by the lights, its emission and what the round before left there.
+// Emissive surfaces are sampled by the rays and by points chosen on the emitters. The two are weighted by the balance heuristic
+// (Veach 1997), so that neither small lamps nor large emitters near by leave bright spots.
+// One round adds one bounce: each hit is shaded by the lights, its emission and the light that the previous round baked there.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require
 #endif
-// Light meets matter from both its sides; only views look through the back of an open mesh.
+// Both sides of a surface stop light; only views look through the back of an open mesh.
 #define TWO_SIDED
-// A point light within its own bulb would put spots on the walls: here no light is nearer than 0.15 m to what it lights.
+// A point light inside the mesh of its bulb would put bright spots on the walls by way of the bulb. Here every light counts as
+// at least 0.15 m away.
 #define NEAREST_SQUARED 0.0225
 #include "common/shared.glsl"
 
@@ -40,7 +41,7 @@ layout(binding = 12) uniform sampler2D specular_map;
 layout(binding = 13) uniform sampler2D brdf_table;
 layout(binding = 14) uniform usampler2D patch_rows;
 layout(binding = 15) uniform usampler2D light_rows;
-// Two a point: position and the lift off the surface, normal.
+// Two words of four floats for each point: position and lift off the surface; normal.
 layout(binding = 16, std430) readonly buffer Points { vec4 points[]; };
 layout(binding = 17, std430) writeonly buffer Gathered { vec4 gathered[]; };
 layout(binding = 18, std430) readonly buffer Emitters { EmitterData emitters[]; };
@@ -56,13 +57,14 @@ layout(push_constant) uniform Constants {
 #include "common/hit_surface.glsl"
 #include "common/shade_hit.glsl"
 
-// A surface reflects lights to other surfaces as if it were at least this rough (path regularisation, Kaplanyan &
-// Dachsbacher 2013): the spots that polished metal throws on a wall are hit by few rays and would be noise.
+// When it reflects light to other surfaces, a surface counts as at least this rough (path regularisation, Kaplanyan &
+// Dachsbacher 2013). Few rays would find the highlights of polished metal, which would be noise.
 const float LEAST_ROUGHNESS = 0.6;
-// Sheets of glass that a ray goes through, at the most.
+// The largest number of transmitting surfaces that a ray goes through.
 const uint MOST_SHEETS = 8u;
 
-// Density, over solid angle, of choosing a point on a triangle that glows: seen from a distance, under a cosine.
+// The density, over solid angle, with which `from_emitter` chooses a point on an emissive triangle. `distance`: from the point
+// that gathers; `cosine`: between the emitter's normal and the direction.
 float emitter_density(uint triangle, float distance, float cosine) {
     uint m = instances[floatBitsToUint(row(triangle_rows, 3u * triangle).w)].material;
     float over_area = min(luminance(materials[m].emissive), 1e12) / emitted;
@@ -74,7 +76,7 @@ float cosine_at(uint triangle, vec3 direction) {
     return abs(dot(normalize_or(cross(e1, e2), direction), direction));
 }
 
-// What one point of an emitter sends, as a share of the irradiance / π.
+// One sample of the irradiance / π by a point chosen on an emitter, with its weight of the balance heuristic.
 vec3 from_emitter(vec3 origin, vec3 normal, Draws draws) {
     float u = draw_2d(draws, DRAW_EMITTER).x;
     uint low = 0u, high = emitter_count - 1u;
@@ -104,7 +106,7 @@ vec3 from_emitter(vec3 origin, vec3 normal, Draws draws) {
     return emission * arrives * (cosine / PI) / (density + cosine / PI);
 }
 
-// Radiance that arrives against `direction`; `back` where the way ends at the back of a surface.
+// The radiance that arrives at `origin` from `direction`. `back`: the ray ended at the back of a surface.
 vec3 arriving(vec3 origin, vec3 direction, float cosine, Draws draws, out bool back) {
     back = false;
     vec3 start = origin;
@@ -127,7 +129,7 @@ vec3 arriving(vec3 origin, vec3 direction, float cosine, Draws draws, out bool b
             }
             s.roughness = max(s.roughness, LEAST_ROUGHNESS);
             vec3 radiance = shade_hit(s, emission, hit, there, -direction, draws);
-            // What it would reflect is not traced on: it returns the lobe's share of the light about it.
+            // The surface's reflection is not traced further. In its place, the lobe reflects the light baked around the hit.
             if (s.roughness <= frame.ray_roughness_limit) {
                 vec3 lobe = specular_albedo(s.f0, max(dot(s.normal, -direction), 1e-4), s.roughness);
                 radiance += lobe * baked_light(hit.triangle, hit.uv, is_back);
@@ -153,7 +155,7 @@ void main() {
     float backs = 0.0;
     for (uint i = 0u; i < ray_count; ++i) {
         Draws draws = Draws(round, 0u, uvec2(point, 0u), i);
-        // Cosine-weighted: the disc lifted to the hemisphere (Malley).
+        // Cosine-weighted: a point of the disc, projected up to the hemisphere (Malley).
         vec2 d = on_disc(draw_2d(draws, DRAW_GATHER));
         vec3 direction = local * vec3(d, sqrt(max(1.0 - dot(d, d), 0.0)));
         direction = normalize(direction);

@@ -1,5 +1,5 @@
 #version 460
-// In: interpolated vertices, the material's textures. Out: packed surface, instance id + 1, emission (when any).
+// In: interpolated vertices, the material's textures. Out: packed surface, instance id + 1, emission (if anything emits).
 // The G-buffer of the paper's §3.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

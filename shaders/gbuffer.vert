@@ -1,6 +1,6 @@
 #version 460
 // In: vertices, instances, the eye (push constant). Out: what gbuffer.frag needs.
-// The paper's §3, first stage; both eyes are drawn one after the other.
+// The first stage of the paper's §3. The eyes are drawn one after the other.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -22,7 +22,7 @@ layout(location = 3) out vec4 out_uv;
 layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_instance;
 
-// Both passes must give the same depths.
+// This pass and the one of back faces must give the same depths.
 invariant gl_Position;
 
 void main() {

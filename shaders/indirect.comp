@@ -1,6 +1,6 @@
 #version 460
 // In: G-buffer, the scene's BVH, baked light. Out: baked light (irradiance / π) of each pixel's surface.
-// The G-buffer does not keep the triangle: a short ray from just before the surface finds it.
+// The G-buffer does not hold the triangle of a pixel, so a short ray that starts just before the surface finds it.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require
@@ -33,7 +33,7 @@ const uint HAS_GLASS = 0u;
 #include "common/hit_surface.glsl"
 #include "common/baked.glsl"
 
-// How far before the surface the ray starts, as a share of the distance; and how far behind it it may end.
+// How far before the surface the ray starts, as a share of the distance from the eye.
 const float BEFORE = 2e-3;
 
 void main() {
@@ -50,7 +50,7 @@ void main() {
         float reach = length(along);
         along /= reach;
         Intersection hit = intersect(position - along * (BEFORE * reach), along);
-        // Rounding may let the short ray slip between two triangles: then the whole way is asked.
+        // Rounding may let the short ray slip between two triangles. Then a ray from the eye finds the triangle.
         if (hit.triangle == NO_TRIANGLE || hit.t > 4.0 * BEFORE * reach) hit = intersect(eye_position(eye), along);
         if (hit.triangle != NO_TRIANGLE) light = baked_light(hit.triangle, hit.uv, sees_back(hit.triangle, along));
     }

@@ -1,7 +1,7 @@
 #version 460
-// In: G-buffer, lights (or their light with shadows, of shadows.comp), environment (or baked light), with HAS_AO the
-// visibility of the surroundings. Out: radiance of each pixel without its traced reflection (paper §3). The background is
-// the environment.
+// In: G-buffer, lights (with SHADOWS their light as another pass has computed it), environment (with INDIRECT baked light),
+// with HAS_AO the visibility of the surroundings. Out: radiance of each pixel without its traced reflection (paper §3). The
+// background is the environment.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint HAS_EMISSION = 1u;
 layout(constant_id = 1) const uint SHADOWS = 1u;
 layout(constant_id = 2) const uint INDIRECT = 1u;
-// 1: what shines from around is dimmed by ambient occlusion.
+// 1: ambient occlusion dims the environment's or the baked light.
 layout(constant_id = 3) const uint HAS_AO = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -46,7 +46,7 @@ void main() {
         vec3 position = render_position(eye, center, depth);
         vec3 emission = HAS_EMISSION != 0u ? texelFetch(emission_image, texel, 0).rgb : vec3(0.0);
         if (HAS_AO != 0u) {
-            // A finer twin of the view takes the visibility of the pixel that its sample lies in.
+            // With antialiasing, a sample of the finer view takes the visibility of the pixel in which it lies.
             ivec2 there = texel.xy * textureSize(visibility_image, 0).xy / ivec2(frame.size);
             ambient_visibility = texelFetch(visibility_image, ivec3(there, texel.z), 0).x;
         }

@@ -1,7 +1,7 @@
 #version 460
-// In: G-buffer, lights, the right eye's list of pixels. Out: what the punctual lights put on each pixel of the left eye, or
-// on the listed pixels of the right one, where nothing casts a shadow; of the left eye its diffuse part without the albedo
-// as well. Runs where the eyes share it: elsewhere lighting.comp adds the lights itself.
+// In: G-buffer, lights, the right eye's list of pixels. Out: the outgoing light of the punctual lights, without shadows, at each
+// pixel of the left eye or at the listed pixels of the right eye; for the left eye also its diffuse part without the albedo.
+// Runs only where the eyes share their shading (shading_reuse.comp); elsewhere lighting.comp adds the lights itself.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// In: ray list, G-buffer, the scene's BVH. Out: for each listed pixel one reflection ray's hit and what it sees there.
-// The reference's ray (path_trace.comp), handed to the screen-space methods' filter (resolve.comp): what a few paths a
-// pixel come to in real time.
+// In: ray list, G-buffer, the scene's BVH. Out: for each listed pixel the hit of one reflection ray and the radiance there.
+// The ray is the reference's (path_trace.comp), and its hit goes to the filter of the screen-space methods (resolve.comp).
+// Together they are path tracing with a few paths per pixel and a denoiser, in real time.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require

@@ -1,7 +1,8 @@
 #version 460
-// In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error;
-// alpha of the mean: 1 / how far away it reflects (1/m; 0 the sky, −1 unknown), the lobe's weighted mean.
-// The paper's reference (§5): two bounces; each hit shaded as `lighting` does, a miss sees the environment. Progressive: sums are kept (compensated, Kahan 1965) and each dispatch adds samples; never clamped.
+// In: ray list, G-buffer, the scene's BVH. Out: mean outgoing reflection of each listed pixel and its standard error. The
+// mean's alpha is 1 / the distance of what is reflected (1/m; 0 the sky, −1 unknown), averaged with the samples' weights.
+// The paper's reference (§5): two bounces. Each hit is shaded as `lighting` shades, and a miss sees the environment.
+// Progressive: the sums are kept (compensated, Kahan 1965), and each dispatch adds samples to them.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require
@@ -15,7 +16,8 @@ layout(constant_id = 2) const uint HAS_GLASS = 1u;
 layout(constant_id = 3) const uint INDIRECT = 1u;
 
 #include "common/geometry_rays.glsl"
-// Σ L and the samples so far; its compensation and Σ w/distance; Σ L² and Σ w, w the luminance of a sample's weight.
+// Image by image: Σ L and the number of samples; the compensation of Σ L, and Σ w/distance; Σ L² and Σ w. w is the luminance
+// of a sample's weight.
 layout(binding = 21, rgba32f) uniform image2DArray sum_image;
 layout(binding = 22, rgba32f) uniform image2DArray compensation_image;
 layout(binding = 23, rgba32f) uniform image2DArray square_image;
@@ -58,9 +60,9 @@ vec3 reflected(Surface s, vec3 v, vec3 origin, Draws draws, inout Tally tally) {
     vec3 emission;
     Surface other = hit_surface(hit, -ray.direction, emission);
     vec3 radiance = shade_hit(other, emission, hit, origin + ray.direction * hit.t, -ray.direction, draws);
-    // `min` may turn a NaN into its other argument, so it is counted first.
+    // Counted before `min`, which may replace a NaN by its other argument.
     if (any(isnan(radiance))) ++tally.nan;
-    // What screen space could have seen: no more than fp16 holds.
+    // Limited to what fp16 holds, because the screen-space methods cannot see more.
     if (any(greaterThanEqual(radiance, vec3(65504.0)))) ++tally.clamped;
     return weight * min(radiance, vec3(65504.0));
 }

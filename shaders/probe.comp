@@ -1,6 +1,6 @@
 #version 460
-// In: the scene's BVH, lights, environment. Out: radiance about one place, equirectangular: what unknown rays see
-// where the scene asks for a probe. Hits are shaded as the reference's are.
+// In: the scene's BVH, lights, environment. Out: the radiance that arrives at one place from all around, as an equirectangular
+// map. Unknown rays see it where the scene asks for a probe. Hits are shaded like the reference's.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
 #extension GL_EXT_ray_query : require
@@ -34,7 +34,7 @@ layout(binding = 13) uniform sampler2D brdf_table;
 layout(binding = 14) uniform usampler2D patch_rows;
 layout(binding = 15) uniform usampler2D light_rows;
 layout(binding = 16, rgba32f) writeonly uniform image2D probe_image;
-// xyz: the place, render space; w: samples a texel.
+// xyz: the place, render space; w: number of samples for each texel.
 layout(push_constant) uniform Constants { vec4 place; };
 
 #include "common/random.glsl"

@@ -1,19 +1,20 @@
 #version 460
-// In: what each eye's filter knows of a pixel's reflection. Out: the outgoing reflection, with the other eye's share.
-// The paper's §4.3: the virtual image of what a pixel reflects leads to the other eye's pixel that reflects the same,
-// and "we can directly reuse the illumination result". It is reused after the filter: the pair's 25 taps cost one
-// fetch, and two pixels that are each other's pair come to the same light, with the same noise.
+// In: each eye's filtered reflection (or its history, from accumulate.comp). Out: the outgoing reflection, blended with that of
+// the other eye.
+// The paper's §4.3: the virtual image of what a pixel reflects leads to the other eye's pixel that reflects the same thing,
+// and "we can directly reuse the illumination result". It is reused after the filter: then the pair's 25 taps cost one fetch,
+// and two pixels that are each other's pair get the same light, with the same noise.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 64) in;
-// Ours: 1; the publication's: 0. See `Reprojection` in method.rs.
+// The next three are 1 in our reprojection and 0 in the publication's: see `Reprojection` in src/method/parts.rs.
 layout(constant_id = 0) const uint FILLING = 1u;
 layout(constant_id = 1) const uint BACK_CHECK = 1u;
 layout(constant_id = 2) const uint LOBE_TOLERANCE = 1u;
-// 1: the eyes are blended by squared bias and both variances (seed 003, equation 4: Philippi et al. 2023); 0: by fixed
-// weights, as the publication and the ratio estimator.
+// 1: the eyes are blended by squared bias and both variances (seed 003, equation 4: Philippi et al. 2023); 0: by the weights
+// of their taps, as in the publication and with the ratio estimator.
 layout(constant_id = 3) const uint BY_VARIANCE = 0u;
 
 layout(binding = 0, std140) uniform Frames { FrameUniform frame; };
@@ -24,8 +25,8 @@ layout(binding = 4) uniform usampler2DArray surface_image;
 layout(binding = 5) uniform usampler2DArray guide_image;
 // The known share of the light, C·L, and C.
 layout(binding = 6) uniform sampler2DArray known_image;
-// x: Σ w of the taps; y: mean of 1/(distance from the eye over the surface to what is reflected): the scale in which
-// disparities are even, 0: nobody knows; z: variance of the known light's luminance.
+// x: Σ w of the taps; y, the nearness: mean of 1/(distance from the eye by way of the surface to what is reflected), 1/m, to
+// which disparity is proportional; 0: unknown; z: variance of the known light's luminance.
 layout(binding = 7) uniform sampler2DArray standing_image;
 layout(binding = 8) uniform sampler2D environment_map;
 layout(binding = 9) uniform sampler2D irradiance_map;
@@ -40,7 +41,7 @@ layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 #include "common/outgoing.glsl"
 #include "common/store.glsl"
 
-// What the publication lets two reflected depths differ, relative to them.
+// The largest relative difference that the publication allows between the depths of two reflections.
 const float FIXED_TOLERANCE = 0.001;
 
 struct Known {
@@ -58,8 +59,8 @@ Known load_known(ivec3 texel) {
 // From the surface to what it reflects, metres.
 float hit_distance(float nearness, float eye_distance) { return max(1.0 / nearness - eye_distance, 0.0); }
 
-// The candidate at `pixel` of the other eye: its surface, what it reflects and the way back must all agree.
-// aim: the distance that led there; tolerance: pixels.
+// Whether the other eye's pixel is p's pair: its surface, what it reflects and the reprojection back to p must all agree.
+// aim: the distance of the reflection with which the pixel was found; tolerance: of the reprojection back, pixels.
 bool agrees(Pixel p, float aim, vec2 pixel, float tolerance, out Known q_known) {
     ivec3 at = ivec3(ivec2(pixel), 1 - p.texel.z);
     Guide g = load_guide(at);
@@ -76,7 +77,7 @@ bool agrees(Pixel p, float aim, vec2 pixel, float tolerance, out Known q_known) 
     q.surface.normal = unpack_direction(g.normal);
     float back_distance = hit_distance(q_known.nearness, q_eye_distance);
     if (LOBE_TOLERANCE == 0u) {
-        // The depths of both virtual images, as p's eye has them.
+        // The depths of both virtual images in the view of p's eye.
         mat4 view = frame.eyes[p.texel.z].view_from_render;
         float mine = (view * vec4(p.position - p.v * aim, 1.0)).z;
         float theirs = (view * vec4(q.position - q.v * back_distance, 1.0)).z;
@@ -87,8 +88,8 @@ bool agrees(Pixel p, float aim, vec2 pixel, float tolerance, out Known q_known) 
     return image_in(q, uint(p.texel.z), back_distance, back) && distance(back, vec2(p.texel.xy) + 0.5) <= tolerance;
 }
 
-// The virtual image's pair, else the surface's own where the lobe is wide enough to cover the difference.
-// lobe: half its width in disparity, pixels.
+// Finds a pixel's pair at the place of the virtual image, or else at the place of the surface itself, where the lobe is wide
+// enough to cover the distance between the two. lobe: half the lobe's width, pixels.
 bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float lobe) {
     uint other = 1u - uint(p.texel.z);
     pair = Known(vec4(0.0), 0.0, 0.0, 0.0);
@@ -96,7 +97,7 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
     float aim = 0.0;
     vec2 surface_pixel, image_pixel;
     if (own.light.a <= 0.0) {
-        // It knows no distance of its own: the other eye may, about the same place of the surface.
+        // The pixel knows no distance itself, but the other eye may know it at the same place of the surface.
         if (FILLING == 0u || !image_in(p, other, 0.0, surface_pixel)) return false;
         ivec3 there = ivec3(ivec2(surface_pixel), other);
         Guide g = load_guide(there);
@@ -110,7 +111,7 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
         aim = hit_distance(own.nearness, eye_distance);
     }
     lobe = lobe_pixels(p, aim);
-    // Half a pixel of rounding each way comes on top of the lobe's footprint.
+    // The lobe's footprint, plus half a pixel for rounding to pixels.
     float tolerance = max(1.0, lobe) + 0.5;
     bool image_seen = image_in(p, other, aim, image_pixel);
     if (image_seen && agrees(p, aim, image_pixel, tolerance, pair)) return true;
@@ -120,11 +121,12 @@ bool find_pair(Pixel p, Known own, float eye_distance, out Known pair, out float
            agrees(p, 0.0, surface_pixel, tolerance, pair);
 }
 
-// What a pixel takes of its pair's light, 0–1: β = σ_Y²/((E[X] − E[Y])² + σ_X² + σ_Y²), Y its own.
-// Both eyes sample one reflection, so the variance of a tap is theirs together: σ_X² and σ_Y² are shares of the sum of
-// both by the weight of the taps. Each eye's own variance follows its own brightness, and would prefer the darker eye.
-// The difference of two estimates holds both variances already: only what lies beyond two standard errors of it counts
-// as bias, so that eyes that differ by chance alone come to one mean.
+// The share of the pair's light in a pixel, 0–1: β = σ_Y²/((E[X] − E[Y])² + σ_X² + σ_Y²), where Y is the pixel's own light.
+// Both eyes sample the same reflection, so that a tap has the same variance in both. The sum of both variances is therefore
+// divided between σ_X² and σ_Y² by the weights of the taps. Each eye's separate estimate would grow with its own brightness,
+// and would prefer the darker eye.
+// The difference of the estimates contains the noise of both. Only what exceeds four of its standard errors counts as bias, so
+// that eyes that differ by chance alone get the same mean.
 float share_by_variance(Known own, Known pair, float own_weight, float pair_weight) {
     float difference = luminance(pair.light.rgb) / pair.light.a - luminance(own.light.rgb) / own.light.a;
     float noise = own.variance + pair.variance;
@@ -141,20 +143,20 @@ void main() {
     float lobe;
     vec4 light = own.light;
     if (find_pair(p, own, eye_distance, pair, lobe)) {
-        // Half a pixel of misplacement would blur what a narrow lobe shows sharply, and such a lobe has no noise to
-        // lose: there, as in a mirror, the pair only fills.
+        // The pair is up to half a pixel off, which would blur the sharp reflection of a narrow lobe, and a narrow lobe has no
+        // noise to reduce. There, as in a mirror, the pair only fills gaps.
         float share = is_mirror(p.surface) ? 0.0 : clamp(lobe, 0.0, 1.0);
         float own_weight = own.weight, pair_weight = pair.weight;
         if (FILLING != 0u) {
-            // Where the eyes know about as much, the difference is chance, and their mean is right; where one knows much
-            // more, the other one is blind there, and who knows has the say.
+            // Where both eyes know about the same share of the light, they differ by chance, and their mean is right. Where one
+            // eye knows much more, the other cannot see what is reflected, and the weights follow what each eye knows.
             float blind = smoothstep(0.2, 0.6, abs(own.light.a - pair.light.a));
             own_weight *= mix(1.0, own.light.a, blind);
             pair_weight *= mix(1.0, pair.light.a, blind);
         }
         if (own.light.a > 0.0) pair_weight *= share;
         if (BY_VARIANCE != 0u && own.light.a > 0.0 && own_weight + pair_weight > 0.0) {
-            // Who knows more has the say in how much is known; how bright it is follows from the variances.
+            // The known share of the light is weighted by the taps; its brightness by the variances.
             float known = (own_weight * own.light.a + pair_weight * pair.light.a) / (own_weight + pair_weight);
             vec3 mine = own.light.rgb / own.light.a, theirs = pair.light.rgb / pair.light.a;
             float own_taps = own_weight * own.light.a, pair_taps = pair_weight * pair.light.a;

@@ -1,29 +1,30 @@
 #version 460
-// In: hits, radiance, G-buffer. Out: the outgoing reflection of each listed pixel; alpha = how much of it is known.
+// In: hits, radiance, G-buffer. Out: the outgoing reflection of each listed pixel, with the share of it that is known in alpha.
 // Spatial reuse over 5×5 pixels as a ratio estimator with the BRDF in it (Stachowiak 2015):
-// L = Σ w_i·L_i / Σ w_i per channel, times the lobe's own albedo F0·A + B. A tap's weight w_i is
-// - RATIO: f·cos/p_i, the published one. It has no bound where the pixel's lobe is high and the tap's density is low.
-// - BALANCE: f·cos times the balance heuristic between the tap's density and the pixel's own (pairwise, Bitterli 2022,
+// L = Σ w_i·L_i / Σ w_i per channel, times the lobe's albedo F0·A + B. A tap's weight w_i is
+// - with BALANCE 0: f·cos/p_i, as published. It is unbounded where the pixel's lobe is high and the tap's density is low.
+// - with BALANCE 1: f·cos times the balance heuristic between the tap's density and the pixel's own (pairwise, Bitterli 2022,
 //   §5.4.2). It is at most a constant times f·cos/p of the pixel's own sampling, which is at most about 1.
-// Unknown rays take the fallback's share: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
-// With FOR_PAIRS the other eye (reproject.comp) or the frames before (accumulate.comp) have a say: out go the known share of the light, C·L and C, what it
-// weighs, how far away the pixel's reflection stands, and with MOMENTS the variance of the estimate.
+// The fallback stands in for unknown rays: C·L + (1 − C)·fallback with C = Σ w·c/Σ w.
+// With FOR_PAIRS a later pass blends in the other eye (reproject.comp) or earlier frames (accumulate.comp). The output is then
+// the known share of the light, C·L and C, its weight, the nearness of what is reflected, and with MOMENTS the variance of the
+// estimate.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
 
 layout(local_size_x = 64) in;
-// Squared; 0: only the own sample (a study's "no reuse"); 8 is the paper's 5×5.
+// Squared radius of the neighbourhood, pixels². 0: only the pixel's own sample (a study's "no reuse"); 8: the paper's 5×5.
 layout(constant_id = 0) const uint RADIUS_SQUARED = 8u;
-// 1: several samples a pixel, summed over dispatches in one ratio.
+// 1: a pixel has several samples, which several dispatches sum into one ratio.
 layout(constant_id = 1) const uint SUMS = 0u;
 layout(constant_id = 2) const uint FOR_PAIRS = 0u;
-// 1: the right eye traces nothing and knows nothing.
+// 1: the right eye traces no rays, and its output is 0.
 layout(constant_id = 3) const uint ONE_EYE = 0u;
-// 1: each ray brought its own radiance, at its own pixel; 0: a hit's radiance is that of the pixel it hit.
+// 1: the radiance of every hit lies in ray_radiance_image, at the ray's own pixel; 0: it is that of the pixel that was hit.
 layout(constant_id = 4) const uint OWN_RADIANCE = 0u;
 layout(constant_id = 5) const uint BALANCE = 1u;
-// 1: the geometry answers what the views lose; confidences are relative weights (lost.glsl) and nothing is unknown.
+// 1: lost rays have asked the geometry; confidences are relative weights (lost.glsl) and nothing is unknown.
 layout(constant_id = 6) const uint HYBRID = 0u;
 layout(constant_id = 7) const uint MOMENTS = 0u;
 // 1: only pixels whose eyes may differ visibly are left to reproject.comp; the others are finished here.
@@ -47,12 +48,12 @@ layout(binding = 12, std430) readonly buffer Lights { LightData lights[]; };
 layout(binding = 13, rgba16f) writeonly uniform image2DArray reflection_image;
 layout(binding = 14, rgba32f) uniform image2DArray sum_image;
 layout(binding = 15, rgba32f) uniform image2DArray weight_image;
-// x: Σ w; y: see reproject.comp; z: variance of the known light's luminance; w: 1 where the pixel is finished. Between the
-// samples of a pixel Σ a², the sum of y, Σ x², Σ x·a of the taps' light x and weight a.
+// x: Σ w; y: the nearness, see reproject.comp; z: variance of the known light's luminance; w: 1 where the pixel is finished.
+// Between the samples of a pixel: Σ a², the sum for y, Σ x², Σ x·a of the taps' light x and weight a.
 layout(binding = 16, rgba32f) uniform image2DArray standing_image;
-// Radiance of rays that brought their own, at their own pixel.
+// The radiance of hits in the scene's geometry, at the ray's own pixel.
 layout(binding = 17) uniform sampler2DArray ray_radiance_image;
-// With ADAPTIVE: the reflection of pixels that are finished here.
+// With ADAPTIVE: the outgoing reflection of the pixels that are finished here.
 layout(binding = 18, rgba16f) writeonly uniform image2DArray finished_image;
 layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 
@@ -64,27 +65,27 @@ layout(push_constant) uniform Constants { uint first; uint last; float weber; };
 #include "common/outgoing.glsl"
 #include "common/store.glsl"
 
-// Against fireflies no tap may bring more than this share of the pixel's light, unless it is at most so many times as
-// bright as the other taps' mean, on top of what it may always bring: a share of display white. With few taps to judge by
-// it may bring more: all of display white where there is one tap.
+// Bounds on what one tap may contribute, against fireflies. A tap may contribute ALWAYS_DISPLAYED of display white (more with
+// few taps, up to all of display white with a single one), plus the larger of two amounts: the share MOST_SHARE of the pixel's
+// light, and ALWAYS_BRIGHTNESS times the mean of the other taps.
 const float MOST_SHARE = 0.2;
 const float ALWAYS_BRIGHTNESS = 2.0;
 const float ALWAYS_DISPLAYED = 0.02;
 
-// How far away the sky stands, metres: so far that no two eyes differ in it, whatever else the scene holds.
+// The distance of the sky, metres: so far that it has no disparity between the eyes.
 const float SKY_DISTANCE = 1e9;
 
-// How the balance heuristic counts a pixel's own sample against each neighbour's: one of 25.
+// The number of neighbours that the balance heuristic assumes: the pixel's own sample is one of 25.
 const float NEIGHBOURS = 24.0;
 
 struct Sums {
     vec3 light;      // Σ w·c·L
     vec3 known;      // Σ w·c
     vec2 shares;     // Σ w·c and Σ w as luminances
-    float nearness;  // Σ w·c/(distance along the ray from the eye over the surface to what it hit)
+    float nearness;  // Σ w·c/(distance from the eye by way of the surface to the hit)
 };
 
-// Luminances of w·c·L and w·c of the taps.
+// The luminances of w·c·L and of w·c for each tap.
 float tap_light[MOST_TAPS];
 float tap_weight[MOST_TAPS];
 int taps = 0;
@@ -99,7 +100,7 @@ vec3 tap_radiance(Hit h, ivec3 texel) {
 
 bool is_place(uint status) { return status == HIT || HYBRID != 0u && status == SHADED; }
 
-// Direction from a pixel's position to what a tap's ray hit, and how far that is.
+// The direction from a pixel's position to the hit of a tap's ray, and the distance to it.
 vec3 towards(Hit h, vec3 from, vec3 position, out float far) {
     vec3 l = h.direction;
     far = BALANCE != 0u ? SKY_DISTANCE : frame.ray_length;
@@ -112,7 +113,7 @@ vec3 towards(Hit h, vec3 from, vec3 position, out float far) {
 }
 
 void accumulate(inout Sums sums, Pixel p, float eye_distance, Hit h, vec3 w, vec3 l, float far, ivec3 texel) {
-    // Below the triangle's horizon a direction is known to be black, as in the reference.
+    // Directions below the triangle's horizon count as black, as in the reference.
     bool open = dot(l, p.surface.face_normal) > 0.0;
     vec3 radiance = vec3(0.0);
     if (open && (is_place(h.status) || h.status == SKY)) radiance = tap_radiance(h, texel);
@@ -130,7 +131,7 @@ void accumulate(inout Sums sums, Pixel p, float eye_distance, Hit h, vec3 w, vec
     }
 }
 
-// f·cos, and the density of the lobe's own sampling towards l.
+// f·cos towards l, and the density with which the pixel's own lobe samples l.
 vec3 evaluate(Pixel p, Lobe lobe, vec3 l, out float density) {
     vec3 h;
     float d = lobe_distribution(lobe, l, h);
@@ -141,13 +142,13 @@ vec3 evaluate(Pixel p, Lobe lobe, vec3 l, out float density) {
     return d * smith_visibility(nv, nl, square(p.surface.roughness)) * nl * schlick(p.surface.f0, vh);
 }
 
-// Area at the hit, seen from where its ray starts, over the same seen from p: turns the tap's density into one about p.
-// The cosine at the hit, nearly the same from both, is left out.
+// Converts a tap's density, which is over solid angle at the start of its ray, into a density over solid angle at p: the ratio
+// of the squared distances. The cosine at the hit is left out, because it is nearly the same for both.
 float jacobian(Hit h, float far, float tap_far) {
     return is_place(h.status) ? clamp(square(far / max(tap_far, 1e-9)), 1.0 / 64.0, 64.0) : 1.0;
 }
 
-// The published weights.
+// Spatial reuse with the published weights (BALANCE 0).
 void gather_ratio(inout Sums sums, Pixel p, float eye_distance, int reach, int radius) {
     EyeRays rays_of_eye = eye_rays(uint(p.texel.z));
     for (int y = -radius; y <= radius; ++y) {
@@ -171,9 +172,10 @@ void gather_ratio(inout Sums sums, Pixel p, float eye_distance, int reach, int r
     }
 }
 
-// Multiple-importance weights. With p_c the pixel's own density and p_i a tap's, both about p, and K neighbours, a tap
-// weighs f·cos/(p_i + p_c/K) and the own sample f·cos·Σ_i 1/(K·p_i + p_c), up to one common factor: each pair's weights
-// add up to one for every direction, so that the mean over pairs is unbiased.
+// Spatial reuse with multiple-importance weights (BALANCE 1). Let p_c be the pixel's own density, p_i a tap's, both over solid
+// angle at p, and K the number of neighbours. Up to a common factor, a tap weighs f·cos/(p_i + p_c/K), and the pixel's own
+// sample f·cos·Σ_i 1/(K·p_i + p_c). In each pair of a tap and the own sample the weights add up to one for every direction, so
+// that the mean over the pairs is unbiased.
 void gather_balance(inout Sums sums, Pixel p, float eye_distance, int reach, int radius) {
     EyeRays rays_of_eye = eye_rays(uint(p.texel.z));
     Lobe lobe = make_lobe(p.surface.normal, p.v, p.surface.roughness);
@@ -218,15 +220,15 @@ void gather_balance(inout Sums sums, Pixel p, float eye_distance, int reach, int
     accumulate(sums, p, eye_distance, own, w, own_l, own_far, p.texel);
 }
 
-// The most that tap i may bring where all taps together bring `total`; luminances of Σ w·c·L.
+// The most that tap i may contribute where all taps together contribute `total`. All are luminances of w·c·L.
 float most_of(int i, float always, float total, float all_weight) {
     float others = max(total - tap_light[i], 0.0) / max(all_weight - tap_weight[i], 1e-12);
     return always + max(MOST_SHARE * total, ALWAYS_BRIGHTNESS * tap_weight[i] * others);
 }
 
-// No tap may bring more than its share of the pixel's light: where one does, it is lowered until it does not. The
-// largest such light is the fixed point of the map from the light to the sum of the lowered taps, and the sum of all
-// taps lies above it. Returns the factor for the light. earlier: Σ w·c·L and Σ w·c of the earlier samples, luminances.
+// Lowers every tap that exceeds its bound, which depends on the sum of all taps. The result is the largest fixed point of the
+// map from the light to the sum of the lowered taps; the iteration starts above it, at the sum of the unbounded taps. Returns
+// the factor for the light. earlier: Σ w·c·L and Σ w·c of the pixel's earlier samples, luminances.
 float bound_taps(float display_scale, float light, float weight, vec2 earlier) {
     if (light <= 0.0) return 1.0;
     float all_weight = earlier.y + weight;
@@ -260,7 +262,7 @@ void resolve(ivec3 texel) {
     }
     Pixel p = load_pixel(texel);
     bool mirror = is_mirror(p.surface);
-    // A mirror's one direction is its own.
+    // A mirror reflects a single direction, which no neighbour shares.
     int reach = mirror ? 0 : int(RADIUS_SQUARED);
     int radius = int(sqrt(float(reach) + 0.5));
     float eye_distance = FOR_PAIRS != 0u ? distance(eye_position(uint(texel.z)), p.position) : 0.0;
@@ -300,7 +302,7 @@ void resolve(ivec3 texel) {
         }
     }
     float confidence = sums.shares.y > 0.0 ? sums.shares.x / sums.shares.y : 0.0;
-    // Where a channel has hardly any weight, the ratio of luminances is the steadier one.
+    // Where a channel has hardly any weight, the ratio of the luminances is more stable.
     vec3 steady = vec3(luminance(sums.light) / max(luminance(sums.known), 1e-12));
     vec3 ratio = mix(sums.light / max(sums.known, vec3(1e-6)), steady, lessThan(sums.known, vec3(1e-6)));
     if (sums.shares.x <= 0.0) ratio = vec3(0.0);
@@ -308,15 +310,15 @@ void resolve(ivec3 texel) {
     vec3 light = ratio * confidence;
     float variance = 0.0;
     if (MOMENTS != 0u && sums.shares.x > 0.0) {
-        // Of a weighted mean, from the taps' spread about it. Where hardly more than one tap counts, the spread says
-        // nothing: from four effective taps down to one, the mean becomes as uncertain as it is large.
+        // The variance of a weighted mean, from the taps' spread about it. With hardly more than one effective tap the spread
+        // says nothing. From four effective taps down to one, the standard error is therefore raised towards the mean itself.
         float mean = luminance(ratio), one_over_taps = moments.z / square(sums.shares.x);
         float spread = max(moments.x - 2.0 * mean * moments.y + mean * mean * moments.z, 0.0) / square(sums.shares.x);
         variance = spread / max(1.0 - one_over_taps, 0.25) + mean * mean * max(one_over_taps - 0.25, 0.0);
     }
     bool finished = false;
     if (ADAPTIVE != 0u && confidence > 0.0) {
-        // How far the eyes may differ: the standard error of a difference, and what the other eye may know beyond.
+        // How far the eyes may differ: the standard error of their difference, plus what only the other eye may know.
         float apart = albedo * (sqrt(2.0 * variance) + (1.0 - confidence) * luminance(ratio));
         float shown = albedo * luminance(light) + luminance(texelFetch(radiance_image, texel, 0).rgb);
         finished = apart <= weber * shown;

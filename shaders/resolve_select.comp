@@ -1,6 +1,6 @@
 #version 460
-// In: ray list, what resolve.comp left of each pixel. Out: the list of the pixels that it did not finish, because their
-// eyes may differ visibly: the adaptive map of seed 001 (Wu, adaptive stereo ambient occlusion, §4) for reproject.comp.
+// In: ray list, and which pixels resolve.comp has finished. Out: the list of the others, in which the eyes may differ visibly,
+// for reproject.comp: the adaptive map of seed 001 (Wu, adaptive stereo ambient occlusion, §4).
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

@@ -1,8 +1,8 @@
 #version 460
-// In: G-buffer, what lights put on the left eye's pixels with the diffuse part of it, which instances share their shading,
-// with SHADOWS which lights are known. Out: the same light on those pixels of the right eye whose place the left eye sees too; the list of its
-// other pixels, with the arguments of the dispatches over it.
-// Reverse reprojection, its depth test against the nearest of three samples and the mask: Zhang & Green, Stereo Shading
+// In: G-buffer, the outgoing light of the punctual lights at the left eye's pixels and its diffuse part, which instances share
+// their shading; with SHADOWS what is known of the pixels' lights. Out: the same light at those pixels of the right eye whose
+// surface the left eye sees too; the list of its other pixels, with the arguments of the indirect dispatches over it.
+// Reverse reprojection, its depth test against the nearest of three samples, and the mask: Zhang & Green, Stereo Shading
 // Reprojection, 2017. The demodulation by the albedo and the bound of the error are ours.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +17,7 @@ layout(binding = 1) uniform usampler2DArray surface_image;
 layout(binding = 2) uniform sampler2DArray depth_image;
 layout(binding = 3) uniform usampler2DArray instance_image;
 layout(binding = 4) uniform sampler2D diffuse_image;
-// A word an instance: 1 where its material lets the eyes share its shading.
+// One word for each instance: 1 if its material lets the eyes share its shading.
 layout(binding = 5, std430) readonly buffer Sharing { uint sharing[]; };
 layout(binding = 6, rgba32f) uniform image2DArray direct_image;
 layout(binding = 7, std430) writeonly buffer Rays { uint rays[]; };
@@ -33,23 +33,25 @@ const uint LEFT = 0u;
 const uint RIGHT = 1u;
 // How far off the pixel's plane a tap may lie, as a share of the distance from the eye.
 const float PLANE_TOLERANCE = 0.003;
-// The seed's triangle: where it asks for something nearer, pixels from the centre, and how much nearer that is.
+// The triangle of depth samples (Zhang & Green): their distance from the centre, in pixels, and how much nearer a sample must
+// be, relative to the distance, to count as an edge.
 const float TRIANGLE_PIXELS = 2.0;
 const float TRIANGLE_TOLERANCE = 0.01;
-// And how far it moves over the surface from eye to eye, pixels.
+// How far such a sample must shift against the surface between the eyes, pixels.
 const float LEAST_SHIFT = 0.5;
-// A tap that weighs less is not asked: rounding moves a place off its pixel's centre where the eyes stand in one place.
+// Taps of less bilinear weight are skipped. Otherwise rounding would add such taps even where both eyes are at the same place.
 const float LEAST_WEIGHT = 0.01;
-// How much of the light the taps may differ by: it bounds the error of a value between them. And how much of it may change
-// from eye to eye, by the bound below. Both are what leaves fewer than 0.5 % of the pixels off by more than 2 %
+// Relative to the light: how much the taps may differ, which bounds the error of the interpolation; and how much the light may
+// change between the eyes, by the bound in `share`. With these values fewer than 0.5 % of the pixels are off by more than 2 %
 // (docs/rendering.md).
 const float MOST_SPREAD = 0.04;
 const float MOST_CHANGE = 0.04;
 
 float largest(vec3 c) { return max(c.x, max(c.y, c.z)); }
 
-// Something nearer than the place `position` is seen by the left eye about `pixel`, stands before the surface's plane, and
-// lies elsewhere about the place for the right eye, which sees it at the centre of `at`: an edge.
+// Whether an edge is near. The right eye sees `position` at the centre of pixel `at`, the left eye at `pixel`. There is an edge
+// if the left eye sees something near `pixel` that is nearer than `position`, lies before the surface's plane, and is shifted
+// against `position` in the right eye.
 bool near_edge(vec3 position, vec3 face_normal, vec2 pixel, ivec2 at) {
     float reach = length(position - eye_position(LEFT));
     for (int k = 0; k < 3; ++k) {
@@ -68,7 +70,8 @@ bool near_edge(vec3 position, vec3 face_normal, vec2 pixel, ivec2 at) {
     return false;
 }
 
-// `known`: of the lights, as known_lights.glsl has it, where the light itself is not shared.
+// Whether a pixel of the right eye can take its light from the left eye; `direct` receives it. Where it cannot, `known`
+// receives what the left eye knows of the pixel's lights (known_lights.glsl).
 bool share(ivec2 at, float depth, out vec3 direct, out uvec4 known) {
     known = uvec4(0u);
     direct = vec3(0.0);
@@ -112,7 +115,7 @@ bool share(ivec2 at, float depth, out vec3 direct, out uvec4 known) {
         roughness += weight * t.roughness;
         weights += weight;
     }
-    // One place: what lies between it and a light is what lies between the taps and the light.
+    // The pixel and its taps show the same place, so that the same matter lies between them and each light.
     known = known_there;
     diffuse /= weights;
     rest /= weights;
@@ -120,11 +123,12 @@ bool share(ivec2 at, float depth, out vec3 direct, out uvec4 known) {
     vec3 total = rest + s.albedo * diffuse;
     float light = largest(total);
     if (!(largest(high - low) <= MOST_SPREAD * light)) return false;
-    // Beyond fp16 the diffuse part is cut.
+    // fp16 clamps a larger diffuse part.
     if (largest(diffuse) >= 65504.0) return false;
 
-    // The logarithm of GGX changes by at most 2/α a radian of the half vector, which turns half as far as the eye does and as
-    // far as the normal; and by at most 4/r for the roughness r. What is diffuse changes with the normal alone.
+    // The logarithm of GGX changes by at most 2/α per radian of the half vector, which turns half as far as the direction to the
+    // eye, and as far as the normal. It changes by at most 4/r per unit of the roughness r. The diffuse part changes with the
+    // normal alone.
     float to_eye = distance(normalize(eye_position(LEFT) - position), normalize(eye_position(RIGHT) - position));
     float turned = distance(normalize_or(normal, s.normal), s.normal);
     float r = max(s.roughness, PUNCTUAL_ROUGHNESS);
@@ -135,7 +139,7 @@ bool share(ivec2 at, float depth, out vec3 direct, out uvec4 known) {
     return true;
 }
 
-// Of pixels of which nothing is known, and of those whose lights are.
+// The numbers of listed pixels of whose lights nothing is known, and of those of whose lights something is known.
 shared uint unknown_count;
 shared uint known_count;
 shared uint first;
@@ -162,7 +166,8 @@ void main() {
             }
         }
     }
-    // Neighbours in the list run together: those that trace many rays stand apart from those that trace few.
+    // Neighbours in the list run in the same subgroup. Pixels that will trace many rays are therefore listed apart from those
+    // that will trace few.
     bool is_known = any(notEqual(known, uvec4(0u)));
     uint place = 0u;
     if (left_over) place = is_known ? atomicAdd(known_count, 1u) : atomicAdd(unknown_count, 1u);

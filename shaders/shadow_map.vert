@@ -1,6 +1,6 @@
 #version 460
-// In: vertices, instances in the maps' space, where the map looks from. Out: what shadow_map.frag needs.
-// A depth map from a light (Williams 1978); reverse-Z as the views have it.
+// In: vertices, instances in the maps' space, the map's view. Out: what shadow_map.frag needs.
+// A depth map from a light (Williams 1978), with reverse-Z as in the views.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"

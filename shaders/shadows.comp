@@ -1,9 +1,9 @@
 #version 460
-// In: G-buffer, lights, the scene's BVH. Out: what the punctual lights put on each pixel, in the shadows of all matter. With
-// REUSE: on each pixel of the left eye, or on the listed ones of the right eye; of the left eye its diffuse part without the
-// albedo as well.
-// The random numbers of soft shadows do not depend on the seed: a view's shadows are one pattern, as its geometry is,
-// whatever is traced on top of it.
+// In: G-buffer, lights, the scene's BVH. Out: the outgoing light of the punctual lights at each pixel, with shadows. With
+// REUSE: at each pixel of the left eye, or at the listed pixels of the right eye; for the left eye also its diffuse part
+// without the albedo, and what is known of its lights.
+// The random numbers of soft shadows do not depend on the seed. A view's shadows are therefore as fixed as its geometry,
+// whatever method runs on top of them.
 // Reference: never with REUSE.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
@@ -32,7 +32,7 @@ layout(binding = 9, std430) readonly buffer Indices { uint indices[]; };
 layout(binding = 10) uniform usampler2DArray surface_image;
 layout(binding = 11) uniform sampler2DArray depth_image;
 layout(binding = 12, rgba32f) writeonly uniform image2DArray direct_image;
-// Rays to a light that has a size: of the first question, and in a penumbra.
+// rim_rays, soft_rays: the numbers of rays to a light that has a size: first to its rim, then in a penumbra.
 #ifdef REUSE
 layout(binding = 13, rgba16f) writeonly uniform image2D diffuse_image;
 layout(binding = 14, std430) readonly buffer Rays { uint rays[]; };
@@ -52,9 +52,9 @@ layout(push_constant) uniform Constants { uint rim_rays; uint soft_rays; };
 #include "common/left_or_listed.glsl"
 #endif
 
-// The rays of a pixel's first question: whether all that stands on the rim of the light's disc is alike. Where it is,
-// the light is whole or hidden: an edge across the disc that none of six finds hides at most 3 % of it.
-
+// The share of light i that reaches a point. For a light with a size, a few rays to the rim of its disc first ask whether all
+// of the rim is equally visible. If it is, all of the disc counts as visible or hidden: an edge across the disc that none of
+// six rays finds hides at most 3 % of it.
 vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) {
     if (lights[i].size == 0.0) return light_share(lights[i], position, face_normal, vec2(0.0));
     float turn = draw_1d(0u, eye, pixel, i, DRAW_RIM);
@@ -65,7 +65,7 @@ vec3 mean_share(uint i, vec3 position, vec3 face_normal, uint eye, uvec2 pixel) 
         low = min(low, share);
         high = max(high, share);
     }
-    // What goes through glass is rounded in the order in which the ray met it.
+    // The tolerance is there because the share that glass lets through is rounded differently for each order of surfaces.
     if (all(lessThan(high - low, vec3(1e-3)))) return low;
     vec3 sum = vec3(0.0);
     for (uint k = 0u; k < soft_rays; ++k) {
@@ -88,7 +88,7 @@ void main() {
     ivec3 texel = ivec3(id);
 #endif
     uint eye = id.z;
-    // With a guard band or without one, a pixel that is shown has the same random numbers; those of the band wrap around.
+    // A pixel that is shown has the same random numbers with a guard band as without one. In the band the numbers wrap around.
     uvec2 shown = id.xy - frame.guard;
     vec2 center = vec2(id.xy) + 0.5;
     float depth = texelFetch(depth_image, texel, 0).x;

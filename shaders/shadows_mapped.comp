@@ -1,6 +1,6 @@
 #version 460
-// In: G-buffer, lights, their shadow maps. Out: what the punctual lights put on each pixel, in the shadows of all matter.
-// The other way to what shadows.comp writes.
+// In: G-buffer, lights, their shadow maps. Out: the outgoing light of the punctual lights at each pixel, with shadows.
+// An alternative to shadows.comp that traces no rays.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -16,7 +16,7 @@ layout(binding = 4) uniform sampler2DArray shadow_map;
 layout(binding = 5) uniform usampler2DArray surface_image;
 layout(binding = 6) uniform sampler2DArray depth_image;
 layout(binding = 7, rgba32f) writeonly uniform image2DArray direct_image;
-// What takes a place of render space to the maps' space, metres.
+// Added to a position in render space to get the position in the maps' space, metres.
 layout(push_constant) uniform Constants { vec3 maps_from_render; };
 
 #include "common/camera.glsl"
@@ -24,10 +24,10 @@ layout(push_constant) uniform Constants { vec3 maps_from_render; };
 #include "common/random.glsl"
 #include "common/shadow_map.glsl"
 
-// As shadow.glsl has it: how far off its plane a point is taken to be, as a share of the distance from the head.
+// As in shadow.glsl: how far a point is lifted off its plane, as a share of the distance from the head.
 const float SHADOW_OFFSET = 2e-4;
 
-// An angle of the place, the same from both eyes but for rounding: of a cube about as wide as a pixel.
+// A random angle for a place, hashed from a cube about as wide as a pixel. It is the same for both eyes, except for rounding.
 float turn_at(vec3 place, float width) {
     ivec3 cell = ivec3(floor(place / exp2(ceil(log2(max(width, 1e-12))))));
     return 2.0 * PI * unit_float(combine(combine(combine(0u, uint(cell.x)), uint(cell.y)), uint(cell.z)));

@@ -1,8 +1,8 @@
 #version 460
 // In: ray list, G-buffer, depth pyramid. Out: for each listed pixel how its reflection ray ended.
-// Stochastic screen-space reflections: Stachowiak 2015, the paper's §3. With OTHER_EYE the first stage of the paper's
-// §4.1: a ray stops where this eye sees no more of it, and is listed for the other eye (trace_other_eye.comp). With
-// LOST_SHARE rays that the views lose are listed for the scene's geometry (trace_geometry.comp).
+// Stochastic screen-space reflections: Stachowiak 2015, the paper's §3. With OTHER_EYE this is the first stage of the paper's
+// §4.1: a ray stops where this eye loses it, and is listed for the other eye (trace_other_eye.comp). With LOST_SHARE, rays that
+// the views lose are listed for the scene's geometry (trace_geometry.comp).
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -16,10 +16,10 @@ layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4) uniform usampler2DArray surface_image;
 layout(binding = 5) uniform sampler2DArray pyramid;
 layout(binding = 6, rgba32ui) writeonly uniform uimage2DArray hit_image;
-// Rays for the other eye: as the ray list.
+// Rays that go on in the other eye, in the format of the ray list.
 layout(binding = 7, std430) writeonly buffer Retries { uint retries[]; };
 layout(binding = 8, std430) buffer RetryArguments { uint retry_arguments[4]; };
-// Rays for the geometry: likewise.
+// Rays that ask the geometry, in the same format.
 layout(binding = 9, std430) writeonly buffer Lost { uint lost[]; };
 layout(binding = 10, std430) buffer LostArguments { uint lost_arguments[4]; };
 layout(push_constant) uniform Constants { uint sample_index; };
@@ -32,25 +32,25 @@ layout(push_constant) uniform Constants { uint sample_index; };
 layout(constant_id = 1) const uint OTHER_EYE = 0u;
 // 0: rays that come back towards the eye are unknown, as in the publication.
 layout(constant_id = 2) const uint CAMERA_RAYS = 1u;
-// 1: a ray that goes behind matter is looked for in the other eye only where matter and ray lie a pixel of disparity
-// apart, so that the other eye may see past the matter; 0: always.
+// 1: a ray that goes behind matter goes on in the other eye only if the ray and the matter are at least one pixel of disparity
+// apart, because only then may the other eye see past the matter; 0: always.
 layout(constant_id = 5) const uint BY_DISPARITY = 0u;
 // 1: the right eye traces nothing.
 layout(constant_id = 3) const uint ONE_EYE = 0u;
 
-// Counted in the group first: a device-wide atomic a ray would cost more than its march.
+// The group counts first, because a device-wide atomic for each ray would cost more than the ray's march.
 shared uint tally[TALLY_WORDS];
 shared uint retry_count;
 shared uint retry_first;
 shared uint lost_count;
 shared uint lost_first;
 
-// Where a ray goes on.
+// Where a ray goes on after this pass.
 const uint DONE = 0u;
 const uint TO_OTHER_EYE = 1u;
 const uint TO_GEOMETRY = 2u;
 
-// Stores what the views know of a ray, counted under `word`, unless the geometry is asked.
+// Stores what the views know of a ray. Unless the ray asks the geometry, it is counted under `word` or as skipped.
 uint answer(ivec3 texel, bool mirror, Hit hit, uint word) {
     bool asks = false, skipped = false;
     if (LOST_SHARE != 0u) asks = ask_geometry(texel, sample_index, mirror, hit, skipped);
@@ -79,11 +79,11 @@ uint trace_listed(ivec3 texel) {
         return answer(texel, r.mirror, hit, TALLY_LEFT_VIEW);
     }
     uint stop = STOP_NEVER;
-    // Where the geometry can be asked, no ray goes on behind matter on trust.
+    // Where a ray can go on in the other eye or ask the geometry, it does not go on behind matter without knowing what is there.
     if (OTHER_EYE + LOST_SHARE != 0u) stop = STOP_BEHIND;
     float gap = 0.0;
     if (BY_DISPARITY != 0u) {
-        // Raw depth is near over distance, and disparity in pixels is baseline over distance over a pixel's size.
+        // Raw depth is near / distance. Disparity in pixels is baseline / distance / size of a pixel at distance 1.
         float baseline = distance(eye_position(0u), eye_position(1u));
         gap = pixel_size(eye) * frame.eyes[eye].position_near.w / max(baseline, 1e-12);
     }
@@ -98,7 +98,7 @@ uint trace_listed(ivec3 texel) {
     atomicAdd(tally[TALLY_RAYS], 1u);
     atomicAdd(tally[TALLY_STEPS], m.steps);
     bool left = m.result != MARCH_BEHIND && word == TALLY_LEFT_VIEW && segment.end == END_SIDE;
-    // Where a ray leaves this eye's view, few places lie within the other one's.
+    // Few of the places where rays leave this eye's view lie within the other eye's view.
     if (left && OTHER_EYE != 0u) left = in_other_view(stored_fraction(hit));
     if (OTHER_EYE != 0u && (behind || left)) {
         imageStore(hit_image, texel, pack_hit(hit));

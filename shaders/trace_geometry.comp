@@ -1,7 +1,7 @@
 #version 460
-// In: rays that the views lost, G-buffer, the scene's BVH. Out: their hits, and the radiance of those that no eye sees.
-// What no eye sees lies in the geometry. A hit that an eye does see takes that pixel's radiance, as every hit of the
-// screen-space march does; any other is shaded as the reference shades it (path_trace.comp).
+// In: rays that the views lost, G-buffer, the scene's BVH. Out: their hits, and the radiance of the hits that neither eye sees.
+// A hit that an eye sees takes that pixel's radiance, as every hit of the screen-space march does. Any other hit is shaded as
+// the reference shades it (path_trace.comp).
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #ifdef RAY_QUERY
@@ -33,8 +33,8 @@ shared uint hit_count;
 shared uint sky_count;
 shared uint asked_count;
 
-// Whether an eye sees the point that a ray along `direction` hit: the pixel there shows the side that was hit, and its
-// surface passes within half a pixel's footprint of the point.
+// Whether an eye sees the point that a ray along `direction` hit: the pixel at that place shows the side that was hit, and its
+// surface's plane passes the point within half a pixel's footprint.
 bool is_seen(uint eye, vec3 position, vec3 direction, out ivec3 at) {
     at = ivec3(0);
     vec4 clip = frame.eyes[eye].clip_from_render * vec4(position, 1.0);

@@ -1,8 +1,9 @@
 #version 460
-// In: ray list, G-buffer, base of the depth pyramid. Out: for each listed pixel how its reflection ray ended.
-// The paper's §4.1 to the letter, as the oracle of trace.comp and trace_other_eye.comp: one loop over world fractions
-// that asks the ray's own eye at every step and the other one wherever the own eye sees it not. No hierarchy, no
-// screen fractions: cell borders are met in clip space, where the ray is linear for every eye.
+// In: ray list, G-buffer, level 0 of the depth pyramid. Out: for each listed pixel how its reflection ray ended.
+// The paper's §4.1 to the letter, against which trace.comp and trace_other_eye.comp are tested. One loop over world fractions
+// looks at the ray in its own eye at every step, and in the other eye wherever its own eye does not see it. There is no
+// hierarchy and there are no screen fractions: the borders of pixels are found in clip space, where the ray is linear for
+// every eye.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -21,7 +22,7 @@ layout(push_constant) uniform Constants { uint sample_index; };
 #include "common/ray_list.glsl"
 #include "common/screen_ray.glsl"
 
-// More than both images have cells on any line.
+// More than the number of pixels of both images on any line.
 const uint MOST_STEPS = 65536u;
 
 // The ray as an eye sees it.
@@ -56,16 +57,16 @@ bool sees(Line l, float s) { return s >= l.first && s < l.last; }
 
 const uint FRONT = 0u, INSIDE = 1u, BEHIND = 2u;
 
-// A pixel's worth of a line from world fraction `s` on.
+// The part of a line within one pixel, from a world fraction `s` on.
 struct Cell {
-    uint side;       // of the pixel's matter
+    uint side;       // FRONT, INSIDE or BEHIND the pixel's matter
     ivec2 pixel;
     float leaves;    // world fraction where the line leaves the pixel
     float meets;     // world fraction of the hit, where INSIDE
 };
 
 Cell cell_at(Line l, uint eye, float s) {
-    // As far beyond a border as the production march steps.
+    // As far beyond a border as the march of march.glsl steps.
     const float NUDGE = 1.0 / 256.0;
     vec4 c = l.from + s * l.delta;
     vec2 size = vec2(frame.size);
@@ -73,7 +74,7 @@ Cell cell_at(Line l, uint eye, float s) {
     Cell cell;
     cell.pixel = clamp(ivec2(floor(at)), ivec2(0), ivec2(frame.size) - 1);
     vec2 from = vec2(l.from.x, -l.from.y), delta = vec2(l.delta.x, -l.delta.y);
-    // The sign of a screen coordinate's change is that of this, all along the line.
+    // Has the sign of the screen coordinate's derivative, which is the same all along the line.
     vec2 change = delta * l.from.w - from * l.delta.w;
     cell.leaves = l.last;
     for (int i = 0; i < 2; ++i) {
@@ -102,7 +103,7 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
     steps = 0u;
     if (!sees(mine, 0.0)) return TALLY_LEFT_VIEW;
     bool lost = false;
-    // Out of the pixel it starts in.
+    // First step out of the pixel in which the ray starts.
     float s = cell_at(mine, own, 0.0).leaves;
     while (s < 1.0) {
         if (++steps > MOST_STEPS) return TALLY_BUDGET;
@@ -111,7 +112,7 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
             if (s < mine.first) s = mine.first;
             else if (s < theirs.first && theirs.first < theirs.last) s = theirs.first;
             else return TALLY_LEFT_VIEW;
-            // Nobody saw what it passed on the way.
+            // Neither eye saw what the ray passed on the way.
             lost = true;
             continue;
         }
@@ -128,7 +129,7 @@ uint walk(ScreenRay r, uint own, inout Hit hit, out uint steps) {
         if (there) {
             Cell cell = cell_at(theirs, other, s);
             if (cell.side == INSIDE) return found(r, ivec3(cell.pixel, other), cell.meets, hit);
-            // Behind for both: no eye knows what is there.
+            // The ray is behind matter for both eyes, and neither knows what is there.
             lost = lost || cell.side == BEHIND;
             next = min(next, cell.leaves);
         } else {
@@ -160,7 +161,7 @@ void main() {
     uint word = walk(r, eye, hit, steps);
     imageStore(hit_image, texel, pack_hit(hit));
     atomicAdd(counters.rays, 1u);
-    // A thousand steps a ray would not fit the counter of a large image: the oracle counts none.
+    // Steps are not counted: a thousand of them for each ray would overflow the counter in a large image.
     if (word == TALLY_HITS) atomicAdd(counters.hits, 1u);
     if (word == TALLY_SKY) atomicAdd(counters.sky, 1u);
     if (word == TALLY_LEFT_VIEW) atomicAdd(counters.left_view, 1u);

@@ -1,9 +1,9 @@
 #version 460
 // In: the rays that left their own eye's view or went behind matter there, G-buffer, depth pyramid. Out: their hits.
-// The second stage of the paper's §4.1 (both cases of its Fig. 3): the ray goes on in the other eye's view from the
-// world fraction where its own eye lost it. Where that eye loses it too, it goes on behind the matter in its own eye's
-// view, as the baseline's rays do (§5.4). Asking both eyes for ever (see
-// trace_one_loop.comp) answers one ray in a hundred more and costs as much again.
+// The second stage of the paper's §4.1 (both cases of its Fig. 3): the ray goes on in the other eye's view from the world
+// fraction where its own eye lost it. If that eye loses it too, the ray goes on behind the matter in its own eye's view, as the
+// baseline's rays do (§5.4). To go on alternating between the eyes (see trace_one_loop.comp) would answer one ray in a hundred
+// more and cost as much again.
 // Reference: never.
 #extension GL_GOOGLE_include_directive : require
 #include "common/shared.glsl"
@@ -17,7 +17,7 @@ layout(binding = 3, std430) buffer Counters { CountersData counters; };
 layout(binding = 4) uniform usampler2DArray surface_image;
 layout(binding = 5) uniform sampler2DArray pyramid;
 layout(binding = 6, rgba32ui) uniform uimage2DArray hit_image;
-// Rays that neither eye answers, for the geometry: as the ray list.
+// Rays that neither eye answers and that ask the geometry, in the format of the ray list.
 layout(binding = 7, std430) writeonly buffer Lost { uint lost[]; };
 layout(binding = 8, std430) buffer LostArguments { uint lost_arguments[4]; };
 layout(push_constant) uniform Constants { uint sample_index; };
@@ -31,7 +31,7 @@ shared uint tally[TALLY_WORDS];
 shared uint lost_count;
 shared uint lost_first;
 
-// Whether the geometry is to be asked.
+// Whether the ray must ask the geometry.
 bool trace_listed(ivec3 texel) {
     uint own = uint(texel.z), other = 1u - own;
     ScreenRay r = screen_ray(texel, sample_index);
@@ -51,13 +51,13 @@ bool trace_listed(ivec3 texel) {
         lost = m.result == MARCH_BEHIND;
         if (lost) s = world_fraction(segment, m.t);
         else word = finish(r, segment, m, other, false, hit);
-        // Out of the other eye's view, or of steps, while still in the own one's: the own eye goes on.
+        // The ray left the other eye's view or ran out of steps there, but is still in its own eye's view: it goes on there.
         if ((word == TALLY_LEFT_VIEW || word == TALLY_BUDGET) && !left_own) {
             lost = true;
             s = world_fraction(segment, m.t);
         }
     }
-    // Where the geometry can be asked, no ray goes on behind matter on trust.
+    // Where a ray can ask the geometry, it does not go on behind matter without knowing what is there.
     if (LOST_SHARE != 0u && lost) {
         word = left_own ? TALLY_LEFT_VIEW : TALLY_BEHIND;
         hit.status = UNKNOWN;

@@ -1,6 +1,7 @@
-//! Stereo-consistent screen-space reflections, shown to people and judged with honest statistics.
+//! Stereo-consistent screen-space reflections, studies that show them to people, and comparisons with a reference.
 //!
-//! Data flows one way: study → session → display → render; see ARCHITECTURE.md.
+//! A study decides what is shown, a session runs it, a display shows it, and the renderer has made it before; see
+//! ARCHITECTURE.md.
 
 pub mod commands;
 #[cfg(feature = "gpu")]

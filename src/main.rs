@@ -1,4 +1,4 @@
-//! Arguments → a command; nothing else.
+//! The program `cyclopean`: runs `commands::main`, which parses the arguments and calls a subcommand.
 
 use std::process::ExitCode;
 

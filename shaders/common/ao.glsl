@@ -1,10 +1,10 @@
-// What the passes of ambient occlusion keep of a pixel: how visible the surroundings are from it (1: open), with how much
-// that is worth and the pixel's depth; and which pixel of the other eye shows the same place (seed 001: Wu, adaptive
-// stereo ambient occlusion, its §§ 3 and 4).
+// What the passes of ambient occlusion store for a pixel (seed 001: Wu, adaptive stereo ambient occlusion, its §§ 3 and 4):
+// the visibility of its surroundings (1: open) with the weight of that value and the pixel's depth; and the pixel of the other
+// eye that shows the same place.
 #ifndef AO_GLSL
 #define AO_GLSL
 
-// A pixel of a map of pairs: x: raw depth; y: the other eye's pixel (x | y << 14) and what is true of it.
+// A texel of the map of pairs. x: raw depth; y: the other eye's pixel (x | y << 14) and the two flags below.
 const uint PAIRED = 1u << 28;
 // The pixel takes its raw visibility from its pair, which is estimated for both.
 const uint COPIES = 1u << 29;
@@ -19,8 +19,8 @@ uvec2 pack_visibility(float visibility, float weight, float depth) {
 // x: visibility, y: weight.
 vec2 unpack_visibility(uint word) { return unpackUnorm2x16(word); }
 
-// The difference between the eyes is seen (seed 001, equation 2). Equal values are equal, however dark: the quotient of the
-// equation would be 0/0 in black.
+// Whether the difference between the eyes is visible (seed 001, equation 2). Equal values never differ, not even in black,
+// where the quotient of the equation would be 0/0.
 bool differs_visibly(float own, float other, float threshold) {
     float difference = abs(own - other);
     return difference > 0.0 && difference >= threshold * own;

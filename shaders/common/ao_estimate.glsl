@@ -1,9 +1,10 @@
 // Obscurance of one pixel from what the views show around it, after HBAO+ (Bavoil, NVIDIA) and Alchemy (McGuire et al.
-// 2011): samples on a disk in world space about the pixel's place, parallel to its eye's image. What an eye shows at a
-// sample hides as much of the surroundings as it stands above the plane, less the farther it is away:
+// 2011). The samples lie on a disk in world space about the pixel's position, parallel to its eye's image. The surface that an
+// eye shows at a sample hides more of the surroundings the higher it rises above the pixel's plane, and less the farther away
+// it is. d is the vector to that surface:
 //     o = max(n·d/|d| − BIAS, 0)/(1 − BIAS) · max(1 − |d|²/radius², 0)        visibility = 1 − STRENGTH · mean of o
-// With STEREO each sample is looked at in both views (Shi et al. 2022): the mean of the two where both eyes see both
-// places, the larger of the two where one of them does not.
+// With STEREO each sample is looked up in both views (Shi et al. 2022). Where each of the two surfaces found is seen by both
+// eyes, o is the mean of the two values; otherwise it is the larger one.
 // Needs `frame`, STEREO, `depth_image`, `surface_image`, with STEREO `pair_image`, and `radius` (metres).
 #ifndef AO_ESTIMATE_GLSL
 #define AO_ESTIMATE_GLSL
@@ -13,17 +14,17 @@
 #include "random.glsl"
 
 const uint SAMPLES = 16u;
-// Sine of the height above the plane below which nothing hides: hides the facets of round surfaces.
+// Sine of the elevation above the plane below which a surface hides nothing. It keeps the facets of round meshes invisible.
 const float BIAS = 0.1;
-// Brings the estimate to the mean of what rays find (docs/rendering.md says where it was measured).
+// Makes the mean of the estimate equal to the mean of what rays find (docs/rendering.md says where it was measured).
 const float STRENGTH = 4.0;
-// Turns between neighbouring samples: the golden angle.
+// Angle between successive samples, radians: the golden angle.
 const float TURN = 2.39996323;
-// What the random numbers of a pixel decide.
+// Purposes of a pixel's random numbers.
 const uint DRAW_TURN = 16u;
 const uint DRAW_JITTER = 17u;
 
-// The disk as an eye sees it: x, y and w of the clip space of its middle and of its two half axes.
+// The disk as an eye sees it: the clip-space x, y and w of its centre and of its two half axes.
 struct Disk {
     int eye;
     vec3 middle;
@@ -41,10 +42,10 @@ Disk disk_in(int eye, vec3 position, vec3 across, vec3 down) {
 struct Place {
     vec3 position;
     vec3 normal;
-    float nearest2;     // squared: what is nearer is the place itself
+    float nearest2;     // squared distance, m²; what is nearer is the place itself
 };
 
-// x: how much what the eye shows at a sample hides; y: 1 where the other eye sees it too.
+// x: how much the surface that the eye shows at a sample hides; y: 1 where the other eye sees that surface too.
 vec2 hidden(Disk d, Place p, vec2 offset) {
     vec3 clip = d.middle + offset.x * d.across + offset.y * d.down;
     if (clip.z < d.rays.near) return vec2(0.0);
@@ -81,7 +82,7 @@ float visibility(ivec3 texel, float depth) {
     float jitter = draw_1d(seed, token, uvec2(texel.xy), 0u, DRAW_JITTER);
     float sum = 0.0;
     for (uint i = 0u; i < SAMPLES; ++i) {
-        // Even in distance, not in area: what is near hides most.
+        // The samples are evenly spaced in radius, not in area, because near surfaces hide most.
         float r = (float(i) + jitter) * (1.0 / float(SAMPLES)), angle = turn + TURN * float(i);
         vec2 offset = r * vec2(cos(angle), sin(angle));
         vec2 mine = hidden(own, p, offset);

@@ -1,5 +1,5 @@
-// Room in a list of rays for `count` more, written by one invocation of a group: the first free place goes to `first`,
-// and the indirect arguments (groups of 64 in rows, then the count) grow.
+// Reserves room for `count` more entries in a list of rays. One invocation of a group calls it. `first` receives the index of
+// the first reserved entry, and the indirect arguments (groups of 64 in rows, then the count) grow accordingly.
 #ifndef APPEND_GLSL
 #define APPEND_GLSL
 

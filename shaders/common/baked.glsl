@@ -1,16 +1,16 @@
-// Light that was gathered beforehand, at a point of a triangle: irradiance / π, linear between the points of a lattice
-// that each triangle has for itself (after Yuksel et al., "Mesh Colors", 2010). Twin: lattice.rs.
+// Baked light at a point of a triangle, as irradiance / π. It is interpolated linearly between the points of the triangle's
+// own lattice (after Yuksel et al., "Mesh Colors", 2010). Twin: lattice.rs.
 // Needs `patch_rows` and `light_rows` (usampler2D), rays.glsl and `instances`; EXCHANGED of hit_surface.glsl.
 #ifndef BAKED_GLSL
 #define BAKED_GLSL
 
-// Four words a texel. The first word of an instance's patches stands at the instance's number.
+// Four words a texel. The word at an instance's number is the index of the first of the instance's patches.
 uint patch_word(uint i) { return texelFetch(patch_rows, ivec2(i >> 2 & 4095u, i >> 14), 0)[i & 3u]; }
 
 // Row j of a lattice of n intervals a side holds n + 1 − j points.
 uint lattice_point(uint n, uint i, uint j) { return j * (n + 1u) - (j * j - j) / 2u + i; }
 
-// `back`: seen from the triangle's back.
+// `back`: the triangle is seen from its back.
 vec3 baked_light(uint triangle, vec2 uv, bool back) {
     uint instance = floatBitsToUint(row(triangle_rows, 3u * triangle).w);
     uint first = floatBitsToUint(row(triangle_rows, 3u * triangle + 1u).w);

@@ -1,16 +1,17 @@
-// Nearest intersection, and any matter on the way to a light, in a binary BVH held in textures, for devices without ray queries. Needs `node_rows`
-// (usampler2D: NodeData, sixteen bytes a texel) from the includer and what rays.glsl declares.
-// Textures, not storage buffers: gathering from a buffer lane by lane makes a software device four times slower.
+// `intersect` and `transmittance` of rays.glsl in a binary BVH, for devices without ray queries. Needs `node_rows`
+// (usampler2D: NodeData, sixteen bytes a texel) from the includer, and what rays.glsl declares.
+// The BVH lies in textures, not in storage buffers, because reading a buffer lane by lane makes a software device four times
+// slower.
 // Sources: Möller & Trumbore 1997; slab test with the direction's inverse.
 #ifndef BVH_GLSL
 #define BVH_GLSL
 
 const int STACK_SIZE = 96;
-// A leaf that does not exist.
+// Stands for a leaf when no node is left to visit.
 const uint FINISHED = 0xffffffffu;
 
-// The nodes that the current ray has yet to visit: globals of the invocation, because a stack that is handed from function to
-// function would be copied. An invocation follows one ray at a time.
+// The nodes that the current ray has yet to visit. They are globals of the invocation, because passing a stack from function
+// to function would copy it. An invocation follows one ray at a time.
 uint stack[STACK_SIZE];
 int stack_top;
 
@@ -18,7 +19,7 @@ float enter(vec3 lower, vec3 upper, vec3 origin, vec3 inverse, float t_max) {
     vec3 a = (lower - origin) * inverse, b = (upper - origin) * inverse;
     vec3 near = min(a, b), far = max(a, b);
     float t0 = max(max(near.x, near.y), max(near.z, 0.0));
-    // The exit a few ulps later, so that no box is missed by rounding (Ize 2013).
+    // The exit is moved a few ulps back, so that rounding never misses a box (Ize 2013).
     float t1 = min(min(far.x, far.y), min(far.z, t_max)) * 1.0000004;
     return t0 <= t1 ? t0 : FLT_MAX;
 }
@@ -33,8 +34,8 @@ uint next_of_stack() {
     return stack_top > 0 ? stack[--stack_top] : FINISHED;
 }
 
-// Goes down from a node to the next leaf whose box the ray enters before t_max, or to FINISHED. Lanes that share an
-// instruction stream stay together where all of them look for a leaf first and test its triangles afterwards.
+// The next leaf, from a node downwards, whose box the ray enters before t_max; FINISHED when there is none. Lanes that share
+// an instruction stream diverge less when all of them first look for a leaf and then test its triangles.
 uint next_leaf(uint at, vec3 origin, vec3 inverse, float t_max) {
     while ((at & LEAF) == 0u) {
         vec4 l0 = row(node_rows, 4u * at), u0 = row(node_rows, 4u * at + 1u);
@@ -49,7 +50,7 @@ uint next_leaf(uint at, vec3 origin, vec3 inverse, float t_max) {
     return at;
 }
 
-// The triangles of a leaf: first and behind the last.
+// The triangles of a leaf: the index of the first one, and one more than the index of the last one.
 uvec2 triangles_of(uint leaf) {
     uint first = leaf & ((1u << COUNT_SHIFT) - 1u);
     return uvec2(first, first + (leaf >> COUNT_SHIFT & 7u) + 1u);
@@ -63,7 +64,7 @@ struct Meeting {
     uint flags;
 };
 
-// False where it does not meet it before t_max.
+// False if the ray does not meet the triangle before t_max.
 bool meets(uint triangle, vec3 origin, vec3 direction, float t_max, out Meeting m) {
     vec4 v0 = row(triangle_rows, 3u * triangle), w1 = row(triangle_rows, 3u * triangle + 1u);
     vec4 w2 = row(triangle_rows, 3u * triangle + 2u);

@@ -2,7 +2,7 @@
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
-// Direction through a point of the image (pixels), scaled to distance 1 along the view's axis.
+// The ray through a point of the image (in pixels), scaled so that it advances by 1 along the view's axis.
 vec3 scaled_ray(uint eye, vec2 pixel) {
     return frame.eyes[eye].ray_first.xyz + pixel.x * frame.eyes[eye].ray_across.xyz + pixel.y * frame.eyes[eye].ray_down.xyz;
 }
@@ -10,14 +10,14 @@ vec3 scaled_ray(uint eye, vec2 pixel) {
 // Unit length, render space.
 vec3 pixel_direction(uint eye, vec2 pixel) { return normalize(scaled_ray(eye, pixel)); }
 
-// Distance along the view's axis of a raw depth.
+// The distance along the view's axis, in metres, that belongs to a raw depth.
 float view_distance(uint eye, float depth) { return frame.eyes[eye].position_near.w / depth; }
 
 vec3 render_position(uint eye, vec2 pixel, float depth) {
     return frame.eyes[eye].position_near.xyz + scaled_ray(eye, pixel) * view_distance(eye, depth);
 }
 
-// An eye's constants, loaded once where many pixels are asked: a software device gathers them lane by lane.
+// An eye's constants, for loops over many pixels: a software device loads them lane by lane, so they are loaded once.
 struct EyeRays {
     vec3 origin;
     vec3 first;
@@ -42,7 +42,8 @@ float pixel_size(uint eye) {
     return max(length(frame.eyes[eye].ray_across.xyz), length(frame.eyes[eye].ray_down.xyz));
 }
 
-// Where a reflection ray starts: off the plane by what half a pixel of it can rise above its centre's depth.
+// Where a reflection ray starts: lifted off the surface by as much as the surface's plane can rise, within half a pixel, above
+// the depth at the pixel's centre.
 vec3 ray_origin(uint eye, vec3 position, vec3 face_normal, float depth) {
     float distance = view_distance(eye, depth);
     vec3 n = mat3(frame.eyes[eye].view_from_render) * face_normal;
@@ -50,7 +51,7 @@ vec3 ray_origin(uint eye, vec3 position, vec3 face_normal, float depth) {
     return position + face_normal * (distance * rise);
 }
 
-// Not of the guard band.
+// Whether a pixel is shown, which those of the guard band are not.
 bool is_shown(ivec2 pixel) {
     return all(greaterThanEqual(pixel, ivec2(frame.guard))) &&
            all(lessThan(pixel, ivec2(frame.size) - ivec2(frame.guard)));

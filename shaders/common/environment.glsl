@@ -1,10 +1,10 @@
-// Light from infinity. Needs `environment_map`, `irradiance_map` and `specular_map` (sampler2D; the last with the
-// prefiltered levels one below the other) from the includer.
+// Light from infinity. Needs `environment_map`, `irradiance_map` and `specular_map` from the includer (sampler2D; the last one
+// holds its prefiltered levels one below the other).
 #ifndef ENVIRONMENT_GLSL
 #define ENVIRONMENT_GLSL
 #include "math.glsl"
 
-// The middle column looks down −Z, the top row up.
+// The map's middle column looks along −Z, and its top row looks up.
 vec2 equirect_uv(vec3 d) {
     return vec2(atan(d.x, -d.z) / (2.0 * PI) + 0.5, acos(clamp(d.y, -1.0, 1.0)) / PI);
 }
@@ -21,7 +21,7 @@ float specular_levels() {
 }
 
 vec3 specular_level(vec2 uv, float level) {
-    // Half a texel from the seams, so that the levels do not bleed into each other.
+    // v stays half a texel away from the level's borders, so that neighbouring levels do not bleed into each other.
     float levels = specular_levels();
     float rows = float(textureSize(specular_map, 0).y) / levels;
     float v = clamp(uv.y, 0.5 / rows, 1.0 - 0.5 / rows);

@@ -1,5 +1,6 @@
-// What every pass reads that sends listed rays through the scene's geometry (twin: `bind_geometry_rays` in bvh.rs): the
-// frame, the list, lights, the scene as rays.glsl and hit_surface.glsl ask it, the G-buffer, what shade.glsl reads, baked light.
+// The bindings of every pass that sends listed rays through the scene's geometry (twin: `bind_geometry_rays` in bvh.rs): the
+// frame, the list, the lights, the scene as rays.glsl and hit_surface.glsl read it, the G-buffer, what shade.glsl reads, and
+// baked light.
 #ifndef GEOMETRY_RAYS_GLSL
 #define GEOMETRY_RAYS_GLSL
 

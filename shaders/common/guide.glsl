@@ -1,11 +1,12 @@
-// What the resolve asks of a neighbour before it uses its hit, in one texel: one fetch instead of three.
+// All that the resolve must know of a neighbour before it uses the neighbour's hit. It lies in one texel, so that one fetch
+// does instead of three.
 #ifndef GUIDE_GLSL
 #define GUIDE_GLSL
 
 struct Guide {
     uint normal;      // packed direction
     float depth;      // raw
-    uint instance;    // id + 1; 0: traces no ray
+    uint instance;    // id + 1; 0: the pixel traces no ray
     float roughness;
 };
 

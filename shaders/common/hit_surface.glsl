@@ -1,12 +1,12 @@
-// The surface that a ray of the reference hits: attributes, textures from a storage buffer (a shader here cannot
-// index an array of images), then the same material as the G-buffer's.
+// The surface that a ray hits in the scene's geometry: interpolated vertex attributes, textures, and the same material code
+// as the G-buffer's. The textures lie in a storage buffer, because these shaders cannot index an array of images.
 // Needs triangles, instances, materials, textures, texels, vertices (float words), indices from the includer.
 #ifndef HIT_SURFACE_GLSL
 #define HIT_SURFACE_GLSL
 #include "rays.glsl"
 #include "material.glsl"
 
-// Set where a mirrored instance exchanged the triangle's second and third corner.
+// Flag of a triangle whose second and third corner were exchanged, because its instance is mirrored.
 const uint EXCHANGED = 0x80000000u;
 
 int wrap(int i, int n, uint mode) {
@@ -27,10 +27,10 @@ vec4 texel(TextureData t, int x, int y) {
     return c;
 }
 
-// Level 0, bilinear: the reference averages over its samples.
+// Bilinear at mip level 0 only: the reference's average over its samples filters the texture.
 vec4 sample_texture(int index, vec2 uv) {
     TextureData t = textures[index];
-    // Far outside the first period a float has no fraction left.
+    // The clamp is there because a float far outside the first period has no fraction left.
     vec2 p = clamp(uv, vec2(-1e4), vec2(1e4)) * vec2(t.width, t.height);
     if ((t.flags & 32u) != 0u) return texel(t, int(floor(p.x)), int(floor(p.y)));
     p -= 0.5;
@@ -80,8 +80,8 @@ bool uncut(uint triangle, vec2 uv) {
     return alpha >= materials[m].alpha_cutoff;
 }
 
-// The material's transmission in the colour of its base; half of it at each side of a closed mesh, which light crosses
-// twice.
+// The material's transmission times its base colour. Light crosses a closed mesh twice, so that each side takes the square
+// root.
 vec3 let_through(uint triangle, vec2 uv) {
     uint instance = floatBitsToUint(row(triangle_rows, 3u * triangle).w);
     uint m = instances[instance].material;

@@ -1,5 +1,6 @@
-// What is known of a pixel's first 64 lights without a ray: a bit each that the light arrives whole (xy), and that it is
-// hidden (zw). Neither: it lies in a penumbra or behind glass, shines from behind, or was not asked.
+// What is known of a pixel's first 64 lights without tracing a ray. Each light has one bit that says that all of it arrives
+// (xy), and one that says that it is hidden (zw). With neither bit set the pixel lies in the light's penumbra or sees it
+// through glass, the light shines from behind the surface, or no ray has asked for it.
 #ifndef KNOWN_LIGHTS_GLSL
 #define KNOWN_LIGHTS_GLSL
 

@@ -1,16 +1,19 @@
-// What punctual lights put on a surface and what leaves it towards v. Needs LightData of shared.glsl.
+// The light that arrives at a surface from punctual lights, and the light that leaves it towards v. Needs LightData of
+// shared.glsl.
 #ifndef LIGHTS_GLSL
 #define LIGHTS_GLSL
 #include "brdf.glsl"
 #include "surface.glsl"
 
-// Punctual lights have no size; a mirror would show none of it. Their highlights are as wide as at this roughness.
+// Punctual lights have no size, so that a mirror would not show them. Their highlights are computed with at least this
+// roughness.
 const float PUNCTUAL_ROUGHNESS = 0.1;
-// A light is never nearer than this, in square metres.
+// The least squared distance of a light, in square metres; a nearer light is treated as being that far away.
 #ifndef NEAREST_SQUARED
 #define NEAREST_SQUARED 1e-8
 #endif
-// Beyond what any target holds, and finite after the lobe (at most 1/(4π α²) of it) and a sum over lights.
+// More than any target can hold, and still finite after the multiplication by the lobe (at most 1/(4π α²)) and a sum over
+// lights.
 const float MOST_IRRADIANCE = 1e30;
 
 // Irradiance on a surface facing the light, and the direction towards it.
@@ -22,7 +25,7 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
     vec3 to_light = light.position - position;
     float d2 = max(dot(to_light, to_light), NEAREST_SQUARED);
     l = to_light * inversesqrt(d2);
-    // KHR_lights_punctual's window.
+    // The range's window function of KHR_lights_punctual.
     float q = d2 / square(light.range);
     float window = clamp(1.0 - q * q, 0.0, 1.0);
     float cone = 1.0;
@@ -33,8 +36,8 @@ vec3 incident(LightData light, vec3 position, out vec3 l) {
     return min(light.color * (window * cone / d2), vec3(MOST_IRRADIANCE));
 }
 
-// What one light adds where nothing is in its way. `diffuse`: times the albedo it is the part that leaves alike to all
-// sides; Fresnel's share in it depends on v, but hardly.
+// The outgoing light of one light without shadows. `diffuse`: the diffuse part of it, without the albedo. Its Fresnel factor
+// depends on v, but only slightly.
 vec3 from_light_with_diffuse(LightData light, Surface s, vec3 position, vec3 v, out vec3 diffuse) {
     diffuse = vec3(0.0);
     vec3 l;

@@ -1,5 +1,5 @@
-// The density with which a pixel's own ray takes a direction (Tokuyoshi & Eto 2023), for many directions of one lobe:
-// what is constant is computed once, and vectors need not have unit length where a ratio cancels it.
+// The density with which a pixel's own ray is sampled in a direction (Tokuyoshi & Eto 2023), for many directions of one lobe.
+// The lobe's constants are computed once, and vectors need no unit length where their length cancels.
 // Needs brdf.glsl. Mirrors have no density.
 #ifndef LOBE_GLSL
 #define LOBE_GLSL
@@ -8,7 +8,7 @@ struct Lobe {
     vec3 n;
     vec3 v;
     float a2;       // α²
-    float scale;    // density over the distribution of normals
+    float scale;    // density divided by the distribution of normals
 };
 
 Lobe make_lobe(vec3 n, vec3 v, float roughness) {
@@ -20,7 +20,7 @@ Lobe make_lobe(vec3 n, vec3 v, float roughness) {
     return Lobe(n, v, a2, 0.5 / (k * z + sqrt(a2 * xy2 + z * z)));
 }
 
-// The distribution of normals D at the half vector of v and l, which goes to `half_vector`, not normalised.
+// The distribution of normals D at the half vector of v and l. `half_vector` receives v + l, not normalised.
 float lobe_distribution(Lobe b, vec3 l, out vec3 half_vector) {
     half_vector = b.v + l;
     float hh = dot(half_vector, half_vector), nh = dot(b.n, half_vector);

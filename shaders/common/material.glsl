@@ -1,5 +1,5 @@
-// From a material and its texture values to a surface: the same for raster and for the reference's hits.
-// Needs `materials` from the includer; fields are read where they are used, a copy of the structure costs more.
+// Makes a surface from a material and its texture values, for the G-buffer as for hits of rays.
+// Needs `materials` from the includer. Fields are read where they are used, because a copy of the structure costs more.
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
 #include "shared.glsl"
@@ -12,7 +12,7 @@ vec2 slot_uv(uint material, uint slot, vec4 uv) {
     return vec2(dot(materials[material].slots[slot].row_u.xyz, p), dot(materials[material].slots[slot].row_v.xyz, p));
 }
 
-// `bend` keeps a normal on the viewer's side: a normal map may turn it away, and reflection is undefined there.
+// Bends a normal to the viewer's side. A normal map may turn it away from the viewer, where reflection is undefined.
 vec3 bend(vec3 n, vec3 v) {
     const float least = 0.01;
     float d = dot(n, v);
@@ -20,13 +20,13 @@ vec3 bend(vec3 n, vec3 v) {
 }
 
 struct Textured {
-    vec4 base_color;          // texture × vertex colour, linear; 1 without
-    vec2 roughness_metallic;  // 1 without
-    vec3 normal;              // tangent space; (0, 0, 1) without
-    vec3 emissive;            // 1 without
+    vec4 base_color;          // texture × vertex colour, linear; 1 without either
+    vec2 roughness_metallic;  // 1 without a texture
+    vec3 normal;              // tangent space; (0, 0, 1) without a texture
+    vec3 emissive;            // 1 without a texture
 };
 
-// Normals arrive interpolated; `face_normal` and both results are on v's side.
+// `normal` is the interpolated one. `face_normal` and both normals of the result are on v's side.
 Surface make_surface(uint m, Textured t, vec3 normal, vec4 tangent, vec3 face_normal, vec3 v) {
     vec3 n = normalize_or(normal, face_normal);
     if (has_texture(m, 2u)) {
@@ -35,14 +35,14 @@ Surface make_surface(uint m, Textured t, vec3 normal, vec4 tangent, vec3 face_no
         vec3 local = vec3(t.normal.xy * materials[m].normal_scale, t.normal.z);
         n = normalize_or(x * local.x + y * local.y + n * local.z, n);
     }
-    // The interpolated normal of the side that is seen.
+    // The shading normal belongs to the side that is seen.
     if (dot(n, face_normal) < 0.0) n = -n;
     float metallic = clamp(materials[m].metallic * t.roughness_metallic.y, 0.0, 1.0);
     vec3 base = materials[m].base_color.rgb * t.base_color.rgb;
     Surface s;
     s.normal = bend(n, v);
     s.face_normal = face_normal;
-    // What a transmitting surface lets through is not seen again: one surface a pixel.
+    // Light that the surface transmits is lost to the picture, because a pixel shows only one surface.
     s.albedo = base * (1.0 - metallic) * (1.0 - materials[m].transmission);
     s.f0 = mix(materials[m].dielectric_f0, base, metallic);
     s.roughness = clamp(materials[m].roughness * t.roughness_metallic.x, 0.0, 1.0);

@@ -9,7 +9,7 @@ float luminance(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 
 float square(float x) { return x * x; }
 
-// A unit vector as a point of the octahedron's unfolded square (Meyer et al. 2010), each coordinate in [−1, 1].
+// Octahedral encoding of a unit vector (Meyer et al. 2010); each coordinate lies in [−1, 1].
 vec2 octahedral(vec3 n) {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 folded = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
@@ -35,7 +35,7 @@ mat3 basis(vec3 n) {
     return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
-// The first normalised, or the second when it has no direction.
+// The first vector, normalised; the second one when the first is too short or too long to normalise.
 vec3 normalize_or(vec3 v, vec3 otherwise) {
     float l = dot(v, v);
     return l > 1e-30 && l < 1e30 ? v * inversesqrt(l) : otherwise;

@@ -1,10 +1,11 @@
-// From what the taps know to the light that leaves the surface: the fallback's share, times the lobe's own albedo.
+// The outgoing reflection from the incoming light that the taps know: adds the fallback's share and multiplies by the lobe's
+// albedo.
 // Needs `frame`, `specular_map` and `brdf_table` from the includer.
 #ifndef OUTGOING_GLSL
 #define OUTGOING_GLSL
 #include "pair.glsl"
 
-// known: C·L, the known share of the incoming light; confidence: C. C·L + (1 − C)·fallback, times F0·A + B.
+// (C·L + (1 − C)·fallback)·(F0·A + B). known: C·L, the known share of the incoming light; confidence: C.
 vec3 outgoing(Pixel p, vec3 known, float confidence) {
     float nv = max(dot(p.surface.normal, p.v), 1e-4);
     if (frame.fallback != 0u) {

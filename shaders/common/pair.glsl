@@ -1,4 +1,5 @@
-// A pixel, what belongs to its surface, and where the other eye sees what it reflects (paper §4.3, Fig. 7).
+// A pixel with its surface, which pixels show the same surface, and where the other eye sees what a pixel reflects (paper
+// §4.3, Fig. 7).
 // Needs `frame`, `surface_image` and `guide_image` from the includer.
 #ifndef PAIR_GLSL
 #define PAIR_GLSL
@@ -15,7 +16,8 @@ struct Pixel {
     Surface surface;
 };
 
-// Same surface for the purpose of reuse: cosine between normals, distance from the plane relative to the view's.
+// When two pixels show the same surface for the purpose of reuse: the least cosine between their normals, and the largest
+// distance from the plane relative to the distance along the view's axis.
 const float LEAST_COSINE = 0.9;
 const float PLANE_TOLERANCE = 0.01;
 
@@ -33,29 +35,30 @@ Pixel load_pixel(ivec3 texel) {
     return p;
 }
 
-// Where the other eye sees, in the plane of p, what p reflects from `hit_distance` away. The virtual image stands that
-// far behind p on p's own view ray (not mirrored about the normal: a rough lobe's sampled direction would leave the
-// pixel); its line to the other eye meets the plane. Pixels; false: behind that eye or the plane.
+// The pixel in which `eye` sees what p reflects from `hit_distance` away. The virtual image stands that far behind p, on p's
+// own view ray. (The sampled direction is not mirrored about the normal: in a rough lobe it would lead away from the pixel.)
+// The line from the virtual image to the eye meets p's plane in the pixel. False: that is behind the eye or the plane, or
+// outside the view.
 bool image_in(Pixel p, uint eye, float hit_distance, out vec2 pixel) {
     vec3 to_eye = eye_position(eye) - p.position;
     float height = dot(to_eye, p.surface.normal);
     float along = hit_distance * dot(p.v, p.surface.normal);
     if (height <= 0.0 || height + along <= 0.0) return false;
-    // From the eye's side, so that an image at infinity loses no digits.
+    // The line is followed from the eye, so that a virtual image at infinity loses no precision.
     vec3 at = eye_position(eye) - (to_eye + p.v * hit_distance) * (height / (height + along));
     vec4 clip = frame.eyes[eye].clip_from_render * vec4(at, 1.0);
     pixel = screen_from_clip(clip).xy;
     return clip.w > 0.0 && all(greaterThanEqual(pixel, vec2(0.0))) && all(lessThan(pixel, vec2(frame.size)));
 }
 
-// Half the lobe's width as the disparity of what it reflects, pixels.
+// Half the lobe's width, in pixels: how far the lobe spreads the reflection on the screen.
 float lobe_pixels(Pixel p, float hit_distance) {
     float alpha = p.surface.roughness * p.surface.roughness;
     float spread = alpha * hit_distance / max(hit_distance + p.distance, 1e-6);
     return spread / pixel_size(uint(p.texel.z));
 }
 
-// Whether q, a pixel's guide at `position`, is the same surface for the purpose of reuse.
+// Whether a pixel with guide q, whose surface is at `position`, shows p's surface for the purpose of reuse.
 bool same_surface(Pixel p, Guide q, vec3 position) {
     return q.instance == p.instance && (q.roughness < frame.delta_roughness) == is_mirror(p.surface) &&
            dot(unpack_direction(q.normal), p.surface.normal) >= LEAST_COSINE &&

@@ -48,17 +48,17 @@ vec2 sample_2d(uint seed, uint token, uvec2 pixel, uint index) {
     return vec2(unit_float(x), unit_float(y));
 }
 
-// What a single random number of a ray decides.
+// Purposes of a ray's single random numbers (draw_1d, lattice_1d) and pairs of them (draw_2d).
 const uint DRAW_FADE = 3u;
 const uint DRAW_ASK = 4u;
 const uint DRAW_RIM = 5u;
 const uint DRAW_GATHER = 6u;
 const uint DRAW_EMITTER = 7u;
 const uint DRAW_EMITTER_POINT = 8u;
-// And a pair of them: the point of light i is DRAW_LIGHT + i.
+// The pair that chooses a point of light i has the purpose DRAW_LIGHT + i.
 const uint DRAW_LIGHT = 16u;
 
-// Whose random numbers they are.
+// Identifies the random numbers of one sample of one pixel.
 struct Draws {
     uint seed;
     uint token;
@@ -69,14 +69,14 @@ struct Draws {
 // Two numbers for one purpose, stratified over the samples of the pixel.
 vec2 draw_2d(Draws d, uint purpose) { return sample_2d(combine(d.seed, purpose), d.token, d.pixel, d.index); }
 
-// A number in [0, 1) of a pixel's sample for one purpose, independent of its directions.
+// A number in [0, 1) for one purpose of a pixel's sample, independent of the numbers that choose its direction.
 float draw_1d(uint seed, uint token, uvec2 pixel, uint index, uint purpose) {
     uint h = combine(combine(combine(combine(0u, seed), token), pixel.x), pixel.y);
     return unit_float(combine(combine(h, purpose), index));
 }
 
-// As draw_1d, but spread evenly over neighbouring pixels: a rank-1 lattice (Roberts 2018) with a random offset a sample,
-// so that a share s of the numbers lies below s in every small neighbourhood.
+// As draw_1d, but evenly distributed over neighbouring pixels: a rank-1 lattice (Roberts 2018) with one random offset for each
+// sample. In every small neighbourhood, a share s of the numbers lies below s.
 float lattice_1d(uint seed, uint token, uvec2 pixel, uint index, uint purpose) {
     float offset = unit_float(combine(combine(combine(combine(0u, seed), token), purpose), index));
     return fract(fract(float(pixel.x) * 0.7548776662) + fract(float(pixel.y) * 0.5698402910) + offset);

@@ -1,4 +1,5 @@
-// One invocation a listed pixel. Needs `rays` and `arguments` from the includer.
+// The pixel of an invocation in a dispatch over a list, one invocation for each listed pixel. Needs `rays` and `arguments`
+// from the includer.
 #ifndef RAY_LIST_GLSL
 #define RAY_LIST_GLSL
 

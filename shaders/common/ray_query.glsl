@@ -1,6 +1,6 @@
-// Nearest intersection, and any matter on the way to a light, by VK_KHR_ray_query. Needs `ray_structure` (accelerationStructureEXT) from the includer and what
-// rays.glsl declares. Double-sided triangles lie in instances that the culling leaves alone; cut-out ones are not opaque
-// and are asked for their texture, as in the BVH's leaves.
+// `intersect` and `transmittance` of rays.glsl by VK_KHR_ray_query. Needs `ray_structure` (accelerationStructureEXT) from the
+// includer, and what rays.glsl declares. Double-sided triangles lie in instances without face culling. Cut-out triangles are
+// not opaque, so that their texture is tested as in the BVH's leaves.
 #ifndef RAY_QUERY_GLSL
 #define RAY_QUERY_GLSL
 
@@ -32,7 +32,7 @@ Intersection intersect(vec3 origin, vec3 direction) {
 
 vec3 transmittance(vec3 origin, vec3 direction, float t_max) {
     uint flags = gl_RayFlagsTerminateOnFirstHitEXT;
-    // What transmits lies among the opaque triangles of `intersect`: here every triangle is asked.
+    // For `intersect`, transmitting triangles are opaque. Here no triangle may be opaque, so that each one is tested.
     if (HAS_GLASS != 0u) flags |= gl_RayFlagsNoOpaqueEXT;
     else if (HAS_MASK == 0u) flags |= gl_RayFlagsOpaqueEXT;
     vec3 share = vec3(1.0);

@@ -1,4 +1,4 @@
-// The reflection ray of a surface, for screen space and for the reference alike. Needs `frame`.
+// The reflection ray of a surface, for the screen-space methods and for the reference. Needs `frame`.
 #ifndef REFLECT_GLSL
 #define REFLECT_GLSL
 #include "brdf.glsl"
@@ -7,8 +7,8 @@
 struct ReflectionRay {
     vec3 direction;
     float pdf;       // over solid angle; 1 for a mirror, whose weight is Fresnel alone
-    bool above;      // the shading normal's horizon; otherwise the sample counts as zero
-    bool open;       // above the triangle's horizon too; otherwise it sees the triangle itself: black
+    bool above;      // above the shading normal's horizon; otherwise the sample counts as zero
+    bool open;       // above the triangle's horizon too; otherwise the triangle itself blocks it, and it is black
 };
 
 bool is_mirror(Surface s) { return s.roughness < frame.delta_roughness; }

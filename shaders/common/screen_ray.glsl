@@ -1,12 +1,12 @@
-// One reflection ray through the views: how it starts, and what its march's end means. Needs `frame`, `surface_image`
-// and `pyramid` from the includer, and the tally's words.
+// One reflection ray through the views: where it starts, and what the end of its march means. Needs `frame`, `surface_image`
+// and `pyramid` from the includer.
 #ifndef SCREEN_RAY_GLSL
 #define SCREEN_RAY_GLSL
 #include "brdf.glsl"
 #include "camera.glsl"
 #include "hit.glsl"
 
-// A ray's very end may round to one cell beyond the image.
+// The end of a ray may be rounded into a cell beyond the image, hence the `min`.
 vec2 load_range(ivec2 cell, int level, uint eye) {
     return texelFetch(pyramid, ivec3(min(cell, ivec2(frame.size) - 1 >> level), eye), level).xy;
 }
@@ -15,10 +15,10 @@ vec2 load_range(ivec2 cell, int level, uint eye) {
 #include "random.glsl"
 #include "reflect.glsl"
 
-// 1: a hit's fade is that of the eye whose border is farther from it (paper §4.2); 0: of the eye that found it.
+// 1: a hit fades by the eye's view whose border is farther from it (paper §4.2); 0: by the view of the eye that found it.
 layout(constant_id = 0) const uint STEREO_FADE = 0u;
 
-// The ends of the ray in the other eye's clip space, where an includer asks for it.
+// The ends of the ray in the other eye's clip space. An includer that calls `in_other_view` sets them.
 vec4 other_eye_from, other_eye_to;
 uint other_eye;
 
@@ -44,7 +44,7 @@ ScreenRay screen_ray(ivec3 texel, uint sample_index) {
     return ScreenRay(ray_origin(eye, position, s.face_normal, depth), reflection_ray(s, v, u), is_mirror(s));
 }
 
-// The part of the ray from world fraction `s` on that an eye sees.
+// The part of the ray, from world fraction `s` on, that lies in an eye's view.
 Segment segment_of(ScreenRay r, uint eye, float s) {
     mat4 clip = frame.eyes[eye].clip_from_render;
     vec4 a = clip * vec4(r.origin, 1.0);
@@ -52,10 +52,11 @@ Segment segment_of(ScreenRay r, uint eye, float s) {
     return clip_segment(a, b, s, frame.eyes[eye].position_near.w, vec2(frame.size));
 }
 
-// The world fraction where an eye lost a ray, as the hit's words keep it: up to 1/4096 less, always towards the origin.
+// The world fraction where an eye lost a ray, at the precision that a packed hit keeps: rounded towards the origin by up to
+// 1/4096.
 float stored_fraction(Hit hit) { return clamp(unpack_hit(pack_hit(hit)).distance / frame.ray_length, 0.0, 1.0); }
 
-// 1 inside, 0 at the view's border: what lies beyond is not known.
+// 1 inside the view, falling to 0 at its border, because what lies beyond is not known.
 float edge_fade(vec2 uv) {
     if (frame.edge_fade <= 0.0) return 1.0;
     vec2 f = smoothstep(vec2(0.0), vec2(1.0), min(uv, 1.0 - uv) / frame.edge_fade);
@@ -74,18 +75,19 @@ float hit_confidence(ScreenRay r, Hit hit) {
     return STEREO_FADE != 0u ? max(own, fade_in(1u - hit.eye, position)) : own;
 }
 
-// Words of the tally, in the order of CountersData from `rays` on.
+// Words of a group's tally, which counts how its rays end, in the order of CountersData from `rays` on.
 const uint TALLY_RAYS = 0u, TALLY_HITS = 1u, TALLY_SKY = 2u, TALLY_LEFT_VIEW = 3u, TALLY_BEHIND = 4u;
 const uint TALLY_BACK_FACING = 5u, TALLY_BUDGET = 6u, TALLY_BELOW_HORIZON = 7u, TALLY_STEPS = 8u, TALLY_SKIPPED = 9u;
 const uint TALLY_WORDS = 10u;
 
-// A ray inside matter at a pixel, at its world fraction `s`; returns the word to count.
+// Fills in the hit of a ray that met the matter of a pixel at the ray's world fraction `s`. Returns the word of the tally that
+// counts it.
 uint found(ScreenRay r, ivec3 at, float s, inout Hit hit) {
     hit.status = UNKNOWN;
     hit.confidence = 0.0;
     hit.eye = uint(at.z);
     hit.distance = s * frame.ray_length;
-    // The pixel's centre: a place a nudge behind its border would round to its neighbour in 16 bits.
+    // The pixel's centre. A point just inside the pixel's border could be rounded into the neighbour in 16 bits.
     hit.uv = (vec2(at.xy) + 0.5) / vec2(frame.size);
     vec3 n = unpack_direction(texelFetch(surface_image, at, 0).y);
     if (dot(n, r.ray.direction) >= 0.0) return TALLY_BACK_FACING;
@@ -94,7 +96,8 @@ uint found(ScreenRay r, ivec3 at, float s, inout Hit hit) {
     return TALLY_HITS;
 }
 
-// What the march's end means; returns the word to count. `behind`: the ray was behind matter that no eye looked past.
+// Fills in the hit from the end of the march. Returns the word of the tally that counts it. `behind`: the ray went behind
+// matter that neither eye could look past.
 uint finish(ScreenRay r, Segment segment, March m, uint eye, bool behind, inout Hit hit) {
     float s = world_fraction(segment, m.t);
     if (m.result == MARCH_HIT) {

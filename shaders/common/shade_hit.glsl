@@ -1,12 +1,12 @@
-// Light that leaves what a ray of the geometry hit. Needs what shade.glsl, shadow.glsl and baked.glsl need, and SHADOWS
-// (some light casts a shadow) and INDIRECT (there is baked light) from the includer.
+// Light that leaves the point where a ray hit the scene's geometry. Needs what shade.glsl, shadow.glsl and baked.glsl need,
+// and SHADOWS (some light casts a shadow) and INDIRECT (there is baked light) from the includer.
 #ifndef SHADE_HIT_GLSL
 #define SHADE_HIT_GLSL
 #include "baked.glsl"
 #include "shade.glsl"
 #include "shadow.glsl"
 
-// As `shade` has it, in the shadows of the lights and in baked light; `draws` choose the points of the lights that have a size.
+// As `shade`, with shadows and baked light. `draws` choose a point on each light that has a size.
 vec3 shade_hit(Surface s, vec3 emission, Intersection hit, vec3 position, vec3 v, Draws draws) {
     if (SHADOWS + INDIRECT == 0u) return shade(s, emission, position, v);
     vec3 sum;

@@ -1,16 +1,17 @@
-// Which share of a light reaches a point, by one ray to a point of the light. Its size softens the shadow and nothing
-// else: a light shines from a disc about its centre, seen from the point, with the strength that its centre has.
+// The share of a light that reaches a point, by one ray to a point of the light. A light's size softens its shadows and
+// changes nothing else: the light is a disc about its centre that faces the point, and all of it has the strength of the
+// centre.
 // Needs what rays.glsl needs.
 #ifndef SHADOW_GLSL
 #define SHADOW_GLSL
 #include "random.glsl"
 #include "rays.glsl"
 
-// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
-// put a point below its triangle.
+// How far off the surface's plane a ray to a light starts, as a share of the distance from the head. Rounding can put a point
+// below its triangle by less than this.
 const float SHADOW_OFFSET = 2e-4;
 
-// From the unit square to the unit disc (Shirley & Chiu 1997), neighbours to neighbours.
+// Maps the unit square to the unit disc so that neighbours stay neighbours (Shirley & Chiu 1997).
 vec2 on_disc(vec2 u) {
     vec2 p = 2.0 * u - 1.0;
     if (p.x == 0.0 && p.y == 0.0) return vec2(0.0);
@@ -20,12 +21,12 @@ vec2 on_disc(vec2 u) {
     return r * vec2(cos(phi), sin(phi));
 }
 
-// `disc`: which point of the light, on the unit disc.
+// `disc`: the point of the light, as a point of the unit disc.
 vec3 light_share(LightData light, vec3 position, vec3 face_normal, vec2 disc) {
     if (light.casts_shadow == 0u) return vec3(1.0);
     vec3 origin = position + face_normal * (SHADOW_OFFSET * length(position));
     vec3 toward;
-    // The matter that a light stands on does not hide it.
+    // The ray ends just before the light, so that a surface on which the light lies does not hide it.
     float t_max = 1.0 - 1e-4;
     if (light.kind == 0u) {
         toward = -light.direction;
@@ -34,7 +35,7 @@ vec3 light_share(LightData light, vec3 position, vec3 face_normal, vec2 disc) {
     } else {
         toward = light.position - origin;
         float d = length(toward);
-        // A point within the light sees it as a disc half as far away as its centre.
+        // The disc is never wider than its distance from the point, not even for a point inside the light.
         if (light.size > 0.0 && d > 0.0) {
             toward += basis(toward / d) * vec3(min(light.size, 0.5 * d) * disc, 0.0);
         }

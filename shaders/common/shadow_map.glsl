@@ -1,40 +1,41 @@
-// Which share of a light reaches a point, looked up in depth maps from the light: the answer of shadow.glsl, quicker and
-// coarser. What is compared with a texel is the depth that the point's own plane has at the texel's centre, so that a plane
-// hides none of itself at any slant and under any width of the filter (receiver plane: Schüler 2006, Isidoro 2006).
-// Needs `maps` (ShadowMapData[]), `light_maps` (LightMapsData[]), `shadow_map`
-// (sampler2DArray) and HAS_GLASS (some material transmits) from the includer.
+// The share of a light that reaches a point, looked up in shadow maps: a faster and coarser substitute for shadow.glsl.
+// A texel is compared with the depth that the point's own plane has at the texel's centre. A plane therefore never shadows
+// itself, at any slant and with any width of the filter (receiver plane: Schüler 2006, Isidoro 2006).
+// Needs `maps` (ShadowMapData[]), `light_maps` (LightMapsData[]), `shadow_map` (sampler2DArray) and HAS_GLASS (some material
+// transmits) from the includer.
 #ifndef SHADOW_MAP_GLSL
 #define SHADOW_MAP_GLSL
 #include "math.glsl"
 
-// The point is lifted off its plane by this many texels: neighbouring facets of a hollow do not hide it.
+// The point is lifted off its plane by this many texels, so that the neighbouring facets of a concave surface do not hide it.
 const float LIFT = 0.5;
-// The plane is followed away from the light up to this slope.
+// The largest slope at which the receiver plane is followed away from the light.
 const float STEEPEST = 20.0;
-// Taps that look for what hides the light, and that find its share.
+// Number of taps of the blocker search, and of the filter.
 const int SEARCH_TAPS = 8;
 const int FILTER_TAPS = 16;
-// So many of the latter may be wrong.
+// The filter tolerates this many wrong taps.
 const float SLIPPED = 1.0;
-// A filter this narrow, in texels, is the one of a hard shadow.
+// Below this width, in texels, the shadow is filtered as a hard one.
 const float NARROW = 2.0;
-// The widest, in texels: of a cascade that another one lies around, and of any map.
+// The widest filter, in texels. WIDE: of a cascade with a coarser one around it; WIDEST: of any map.
 const float WIDE = 48.0, WIDEST = 96.0;
-// Where rays meet in a light, half the width of the band about a map that neighbours draw, too, as a share of the map's
-// half width. Twin: GUARD in sight.rs.
+// The maps of a light where rays meet overlap their neighbours by a band around each map. This is half the band's width, as a
+// share of the map's half width. Twin: GUARD in sight.rs.
 const float GUARD = 0.15;
-// Within the last share of a cascade the next one takes over.
+// Near a cascade's border the next cascade takes over, between these distances from the centre (1: the border).
 const float FADE_FROM = 0.85, FADE_TO = 0.96;
 
-// A point in its plane as a map sees it.
+// A point and its plane in the space of one map. A map is orthographic (directional light) or a perspective from the light,
+// where all rays meet.
 struct Seen {
     uint map;
     float near;
-    float far;              // 0: rays meet in the light
-    float side;             // texels
-    vec2 texels;            // per metre, or per metre a metre ahead; rows go down
-    vec3 at;                // metres: right, up, ahead
-    vec2 tangent;           // what `texels` is of
+    float far;              // 0: the map is a perspective
+    float side;             // width of the map, texels
+    vec2 texels;            // texels per unit of `tangent`; rows go down
+    vec3 at;                // the point in the map's axes, metres: right, up, ahead
+    vec2 tangent;           // the point's place across the map: metres, or in a perspective metres a metre ahead
     vec3 normal;            // of the plane, in the map's axes
     float widest;           // metres a texel
 };
@@ -57,7 +58,7 @@ Seen see(uint map, vec3 position, vec3 normal) {
 
 vec2 center_texel(Seen s) { return s.tangent * s.texels + 0.5 * s.side; }
 
-// How far ahead the point's plane is in a texel, metres.
+// How far ahead of the map the point's plane is at a texel, metres.
 float plane_ahead(Seen s, vec2 texel) {
     vec2 tangent = (texel - 0.5 * s.side) / s.texels;
     float most = STEEPEST * distance(tangent, s.tangent);
@@ -70,7 +71,7 @@ float plane_ahead(Seen s, vec2 texel) {
     return min(ahead, s.at.z * (1.0 + most));
 }
 
-// How far before the plane something hides it in a texel, metres; 0: nothing does.
+// The distance from the point's plane to what hides it at a texel, metres; 0: nothing hides it.
 float gap(Seen s, vec2 texel) {
     ivec2 whole = ivec2(clamp(floor(texel), vec2(0.0), vec2(s.side - 1.0)));
     float depth = texelFetch(shadow_map, ivec3(whole, s.map), 0).x;
@@ -79,7 +80,7 @@ float gap(Seen s, vec2 texel) {
     return max(plane_ahead(s, vec2(whole) + 0.5) - ahead, 0.0);
 }
 
-// The share of 4×4 texels that nothing hides, linear in the place.
+// The share of 4×4 texels at which nothing hides the plane, interpolated linearly between texels.
 float open_share(Seen s) {
     vec2 from = center_texel(s) - 0.5;
     vec2 f = fract(from), base = floor(from) - 0.5;
@@ -94,32 +95,32 @@ float open_share(Seen s) {
     return sum * (1.0 / 9.0);
 }
 
-// The darker half of an edge counts as dark: a wall that the light does not pass lets none of it through along its rim. A
-// tenth more, because an edge runs through its texels in steps.
+// The share of a hard shadow. The darker half of an edge counts as fully dark, so that no light leaks through along the rim of
+// a wall. A further tenth counts as dark because an edge runs through the texels in steps.
 float hard_share(Seen s) { return clamp(2.5 * open_share(s) - 1.5, 0.0, 1.0); }
 
-// The direction of tap k of a spiral (Vogel 1979).
+// The direction of tap k on a Vogel spiral (Vogel 1979).
 vec2 around(int k, float turn) {
     float phi = float(k) * 2.39996323 + turn;
     return vec2(cos(phi), sin(phi));
 }
 
-// The widest that the shadow's edge may be where the point is, texels.
+// The largest width that the penumbra can have at the point, texels.
 float widest_edge(Seen s, float size) {
     float texels = min(s.texels.x, -s.texels.y);
     if (s.far > 0.0) return min(size * (s.at.z - s.near) * texels, WIDEST);
-    // As wide as from half-way and somewhat nearer to the light; the map's band ends there.
+    // The width of a penumbra from a blocker somewhat nearer to the light than half-way, limited by the map's overlapping band.
     return min(min(1.5 * size / max(s.at.z, 1e-12), GUARD / max(maps[s.map].scale.x, 1e-12)) * texels, WIDEST);
 }
 
-// How wide the shadow's edge is by what hides the point within some texels of it, likewise in texels; and which share of
-// the taps is hidden. Of several distances the nearest to the surface weigh most.
+// The width of the penumbra, in texels, from the blockers found within `search` texels of the point. `hidden` receives the
+// share of the taps that are hidden. The blockers' distances are averaged harmonically: those near the surface weigh most.
 float edge_by(Seen s, float size, float search, float turn, out float hidden) {
     vec2 center = center_texel(s);
     float inverse = 0.0;
     hidden = 0.0;
     for (int k = 0; k < SEARCH_TAPS; ++k) {
-        // Densest at the point itself: what stands there must not be missed.
+        // The taps are densest at the point itself, so that a blocker right there is not missed.
         float g = gap(s, center + (search * float(k) / float(SEARCH_TAPS - 1)) * around(k, turn));
         if (g > 0.0) {
             hidden += 1.0;
@@ -133,9 +134,9 @@ float edge_by(Seen s, float size, float search, float turn, out float hidden) {
     return min(width * min(s.texels.x, -s.texels.y), search);
 }
 
-// The filter is as wide as the light's disc seen through what hides it (Fernando 2005). Looked for twice, the second time
-// as near as the first answer says: along the rim of a wall that runs towards the light, what is far from the point is far
-// before it, too, and does not soften the shadow at the point.
+// The filter is as wide as the light's disc projected through the blocker (Fernando 2005). Blockers are searched twice, the
+// second time only within the width that the first search found. Along the rim of a wall that runs towards the light, blockers
+// far from the point on the map are also far before it, and must not soften the shadow at the point.
 float soft_share(Seen s, float size, float turn) {
     float width = widest_edge(s, size);
     for (int k = 0; k < 2; ++k) {
@@ -152,15 +153,16 @@ float soft_share(Seen s, float size, float turn) {
     for (int k = 0; k < FILTER_TAPS; ++k) {
         open += gap(s, center + width * sqrt((float(k) + 0.5) / float(FILTER_TAPS)) * around(k, turn)) > 0.0 ? 0.0 : 1.0;
     }
-    // A tap that slips past the rim of a wall is no light, and one that is hidden no shadow.
+    // One open tap among hidden ones, past the rim of a wall, counts as no light; one hidden tap among open ones as no shadow.
     return clamp((open - SLIPPED) / (float(FILTER_TAPS) - 2.0 * SLIPPED), 0.0, 1.0);
 }
 
-// Of what stops light.
+// The share that opaque matter leaves.
 float stopped_share(Seen s, float size, float turn) { return size == 0.0 ? hard_share(s) : soft_share(s, size, turn); }
 
-// Of what dims light. Every residue of the texels by four has one weight in all, so that the dither of an even surface
-// gives one share everywhere; so it does where only every third, fifth … texel is read, for a soft edge.
+// The share that transmitting matter leaves. Its map is dithered in blocks of 4×4 texels. The filter gives each of the 16
+// places in a block the same total weight, so that an even surface has the same share everywhere. This also holds for a soft
+// edge, where only every third, fifth … texel is read.
 float dimmed_share(Seen s, float size, float turn) {
     float every = 1.0, search = widest_edge(s, size);
     if (search >= NARROW) {
@@ -181,11 +183,11 @@ float dimmed_share(Seen s, float size, float turn) {
     return sum * (1.0 / 16.0);
 }
 
-// `dimming`: as LightMapsData has it.
+// `dimming`: see LightMapsData.
 float share_in(uint map, uint dimming, LightData light, vec3 position, vec3 normal, float turn) {
     Seen s = see(map, position, normal);
     if (s.far == 0.0 && s.at.z <= s.near) return 1.0;
-    // A point within the light sees it as a disc half as far away as its centre.
+    // The disc is never wider than its distance from the point, not even for a point inside the light.
     float size = s.far > 0.0 ? light.size : min(light.size, 0.5 * s.at.z);
     if (HAS_GLASS != 0u && dimming != 0u) {
         Seen through = s;
@@ -196,7 +198,7 @@ float share_in(uint map, uint dimming, LightData light, vec3 position, vec3 norm
     return stopped_share(s, size, turn);
 }
 
-// The side of a cube that a direction goes through, +x −x +y −y +z −z. Twin: `cube` in sight.rs.
+// The side of a cube through which a direction leaves, in the order +x −x +y −y +z −z. Twin: `cube` in sight.rs.
 uint cube_side(vec3 d) {
     vec3 a = abs(d);
     if (a.x >= max(a.y, a.z)) return d.x >= 0.0 ? 0u : 1u;
@@ -204,19 +206,19 @@ uint cube_side(vec3 d) {
     return d.z >= 0.0 ? 4u : 5u;
 }
 
-// How far from a cascade's centre, 1 at its border.
+// The distance from a cascade's centre; 1 at its border.
 float from_center(uint map, vec3 position) {
     vec2 at = vec2(dot(maps[map].right, vec4(position, 1.0)), dot(maps[map].up, vec4(position, 1.0))) * maps[map].scale;
     return max(abs(at.x), abs(at.y));
 }
 
-// Whether the edges of shadows are too wide for a cascade's texels.
+// Whether penumbrae at the point may be wider than the filter of this cascade.
 bool is_too_fine(uint map, LightData light, vec3 position) {
     float above = dot(maps[map].forward, vec4(position, 1.0)) - maps[map].near;
     return light.size * above * maps[map].scale.x * 0.5 * float(textureSize(shadow_map, 0).x) > WIDE;
 }
 
-// Of light i, a place in the maps' space. `turn`: an angle that spreads the taps.
+// The share of light i at a position in the maps' space. `turn`: rotation of the taps, radians.
 float mapped_share(uint i, LightData light, vec3 position, vec3 normal, float turn) {
     uint first = light_maps[i].first, count = light_maps[i].count, dimming = light_maps[i].dimming;
     if (count == 0u) return 1.0;

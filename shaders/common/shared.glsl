@@ -1,4 +1,4 @@
-// Every structure that host and shaders share; src/render/shared.rs is its twin and a test compares the offsets.
+// Every structure that host and shaders share. src/render/shared.rs is its twin, and a test compares the offsets.
 #ifndef SHARED_GLSL
 #define SHARED_GLSL
 
@@ -6,8 +6,8 @@ struct EyeUniform {
     mat4 clip_from_render;  // reverse-Z, infinite far plane; y up
     mat4 view_from_render;
     vec4 ray_first;         // direction through the image's top-left corner, scaled to distance 1 along the view
-    vec4 ray_across;        // what a pixel to the right adds
-    vec4 ray_down;          // what a pixel down adds
+    vec4 ray_across;        // added for each pixel to the right
+    vec4 ray_down;          // added for each pixel down
     vec4 position_near;     // xyz: the eye in render space, metres; w: near plane, metres
     uvec4 stream;           // x: token of the eye's random stream
 };
@@ -19,14 +19,14 @@ struct FrameUniform {
     uint frame;
     float ray_roughness_limit; // above it no ray is traced
     float delta_roughness;     // below it a surface is a mirror
-    float open_mesh_thickness; // metres behind an open mesh that count as matter
+    float open_mesh_thickness; // metres behind the surface of an open mesh that count as matter
     float edge_fade;           // width of the fade at a view's border, as a fraction of its size
-    float ray_length;          // metres; beyond it the scene has ended
+    float ray_length;          // metres; nothing of the scene is farther away
     float exposure;
     uint light_count;
     uint max_steps;            // of a march
     uint fallback;             // 0 black, 1 map
-    uint firefly;              // of the resolve: 0 nothing, 1 tone-mapped weights, 2 bounded shares
+    uint firefly;              // the resolve's measure against fireflies: 0 none, 1 tone-mapped weights, 2 bounded shares
     uvec2 guard;               // pixels at each side that are drawn and never shown
 };
 
@@ -38,7 +38,7 @@ struct LightData {
     vec3 color;             // irradiance (directional) or radiant intensity
     float cos_inner;
     float cos_outer;
-    float size;             // radius, metres; of a directional light the tangent of half its angle
+    float size;             // radius, metres; for a directional light the tangent of half its angular diameter
     uint casts_shadow;
     uint reserved;
 };
@@ -81,28 +81,28 @@ struct TextureData {
     uint flags;             // bits 0–1 wrap u, 2–3 wrap v (0 repeat, 1 mirror, 2 clamp), 4 sRGB, 5 nearest
 };
 
-// A triangle that glows, and the share of all light that it and those before it emit.
+// An emissive triangle, and the share of all emitted light that comes from it and the emitters before it.
 struct EmitterData {
     uint triangle;
     float cumulative;
 };
 
-// Where a shadow map looks from, in the maps' space, and what it covers.
+// The view of a shadow map, in the maps' space.
 struct ShadowMapData {
-    vec4 right;             // xyz: unit axis; w: minus the axis times the place that the map looks from
+    vec4 right;             // xyz: unit axis; w: minus the dot product of the axis and the place that the map looks from
     vec4 up;
     vec4 forward;
-    vec2 scale;             // to ±1 at the border: of metres, or of metres a metre ahead where rays meet in a light
+    vec2 scale;             // takes metres (in a perspective: metres a metre ahead) to ±1 at the map's border
     float near;             // metres ahead
-    float far;              // metres ahead; 0: the rays meet in a light, and there is no end
+    float far;              // metres ahead; 0: the map is a perspective from the light, without an end
 };
 
-// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
-// there is transmitting matter: after those of what stops light, as many of what dims it.
+// The layers of one light: none, one (a narrow spot), six (a cube), or cascades in order from the finest. Where there is
+// transmitting matter, as many layers of transmitting matter follow after those of opaque matter.
 struct LightMapsData {
     uint first;
-    uint count;             // of what stops light
-    uint dimming;           // what takes a layer to that of what dims light; 0: there is none
+    uint count;             // layers of opaque matter
+    uint dimming;           // added to the index of a layer of opaque matter to find the one of transmitting matter; 0: none
 };
 
 // Fifteen words: position, normal, tangent, uv0, uv1, colour (unorm 4×8).
@@ -115,10 +115,10 @@ const uint DOUBLE_SIDED = 1u;
 const uint MASKED = 2u;
 const uint TRANSMITS = 4u;
 
-// A device dispatches at least 65,535 groups a side: longer lists of rays go on in the next row.
+// Every device can dispatch 65,535 groups in each dimension. Groups of longer lists of rays go on in the next row.
 const uint ROW_OF_GROUPS = 32768u;
 
-// Counted over a frame; a word each.
+// What a frame counts, each in one word.
 struct CountersData {
     uint nan;
     uint inf;

@@ -1,5 +1,5 @@
-// What the G-buffer keeps of a surface, packed in four words: normals 2×16 bits (2×8 would turn a reflection by a
-// degree), colours as square roots in 8 bits, roughness in 16.
+// The G-buffer's surface, packed in four words: normals in 2×16 bits (with 2×8 a reflection would be off by a degree), colours
+// as square roots in 8 bits, roughness in 16.
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 #include "math.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// In: an eye's picture and the one beside it (two layers each), the words over them (two layers, premultiplied).
-// Out: the window's picture, display values, for one way of giving each eye its own.
+// In: a stereo picture and the reference that may be shown beside it (two layers each), and the text over them (two layers,
+// premultiplied alpha). Out: the window's picture in display values, in one of the modes that give each eye its own picture.
 // Red-cyan: E. Dubois, "Conversion of a stereo pair to anaglyph with the least-squares projection method", 2009.
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -10,11 +10,11 @@ layout(set = 0, binding = 1) uniform sampler2DArray reference;
 layout(set = 0, binding = 2) uniform sampler2DArray words;
 layout(set = 0, binding = 3, rgba8) uniform writeonly image2D window;
 
-// 0 side by side, 1 at half width, 2 crossed, 3 red-cyan, 4 left eye, 5 right eye
+// 0 side by side, 1 side by side at half width, 2 side by side for crossed eyes, 3 red-cyan, 4 left eye, 5 right eye
 layout(constant_id = 0) const int MODE = 0;
-// 0 no picture, 1 each eye its own, 2 the reference and a mirrored one for both
+// 0 no picture, 1 a picture for each eye, 2 for both eyes the reference beside the mirrored picture
 layout(constant_id = 1) const int KIND = 0;
-// 0 pixel for pixel, 1 enlarged, 2 shrunk
+// 0 pixel for pixel, 1 enlarged, 2 reduced
 layout(constant_id = 2) const int SAMPLING = 0;
 // 1: texels are display values, 0: the format decodes them
 layout(constant_id = 3) const int IS_ENCODED = 0;
@@ -25,13 +25,13 @@ layout(push_constant) uniform Desk {
     // x, y, width, height within the window, pixels; width 0: none
     ivec4 patch_rect;
     ivec2 window_size;
-    // kind 2: whose images
+    // with KIND 2: the eye whose pictures are shown
     int eye;
-    // both eyes' pictures are moved apart by so many pixels
+    // the eyes' pictures are moved apart by this many pixels
     int apart;
-    // linear
+    // background, linear
     float ground;
-    // display value
+    // brightness of the patch, display value
     float patch_value;
 } desk;
 

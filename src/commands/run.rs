@@ -157,10 +157,10 @@ fn check_usage(args: &Args) -> anyhow::Result<()> {
         return Err(WrongUsage(format!("--hz: {hz} is not within 1 to 1000")).into());
     }
     match args.display {
-        DisplayKind::Headless if !args.simulate => Err(WrongUsage(
-            "--display headless shows nothing: add --simulate for a simulated observer".to_owned(),
-        )
-        .into()),
+        DisplayKind::Headless if !args.simulate => {
+            Err(WrongUsage("--display headless shows nothing: add --simulate for a simulated observer".to_owned())
+                .into())
+        }
         DisplayKind::Headless => Ok(()),
         _ if args.simulate => {
             Err(WrongUsage("--simulate: a simulated observer answers only with `--display headless`".to_owned()).into())

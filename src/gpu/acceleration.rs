@@ -1,4 +1,7 @@
-//! Acceleration structures for ray queries: triangles below, placed groups of them on top. Optional on a device.
+//! Acceleration structures for ray queries, which not every device has.
+//!
+//! `render::ray_structure` builds bottom-level structures of triangles and one top-level structure that refers to them; compute
+//! passes bind the latter (`Dispatch::structure`).
 
 use std::rc::Rc;
 
@@ -14,20 +17,20 @@ use super::{Buffer, Called, Frame, Gpu, GpuError};
 pub struct Triangles {
     pub first: u32,
     pub count: u32,
-    /// A ray that meets one stops there; others are offered to the shader.
+    /// Every triangle that a ray meets is a hit. Otherwise the shader decides whether it is one.
     pub opaque: bool,
 }
 
-/// Triangles in the top structure.
+/// One instance of the top-level structure: a bottom-level structure and how rays see it.
 pub struct Placed<'a> {
     pub structure: &'a AccelerationStructure,
-    /// What the shader reads as the instance's custom index, 24 bits.
+    /// The instance's custom index, as the shader reads it; 24 bits.
     pub custom: u32,
-    /// Seen from both sides, whatever the ray's flags say.
+    /// Rays hit both sides of the triangles, whatever their culling flags say.
     pub two_sided: bool,
 }
 
-/// Memory of a structure, and its handle.
+/// An acceleration structure with its memory.
 pub struct AccelerationStructure {
     pub(super) raw: vk::AccelerationStructureKHR,
     pub(super) memory: Buffer,
@@ -47,14 +50,14 @@ struct InstanceWords {
 const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 impl AccelerationStructure {
-    /// Builds over `positions`.
+    /// Builds a bottom-level structure over `triangles` of `positions`, and waits for it.
     ///
     /// # Errors
-    /// [`GpuError::Lacks`] on a device without ray queries; what the build said.
+    /// [`GpuError::Lacks`] on a device without ray queries; else the error of the failed Vulkan call.
     pub fn of_triangles(gpu: &Rc<Gpu>, positions: &Buffer, triangles: Triangles) -> Result<Self, GpuError> {
-        // Before anything asks for an address.
+        // First, because without ray queries buffers have no addresses.
         gpu.ray_tracing()?;
-        // In the address, not in the range's `firstVertex`, which Mesa 25.0's lavapipe adds twice.
+        // The first triangle goes into the address, because Mesa 25.0's lavapipe adds the range's `firstVertex` twice.
         let first = positions.address() + 36 * u64::from(triangles.first);
         let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
             .vertex_format(vk::Format::R32G32B32_SFLOAT)
@@ -63,9 +66,9 @@ impl AccelerationStructure {
             .max_vertex(3 * triangles.count - 1)
             .index_type(vk::IndexType::NONE_KHR);
         let flags = match triangles.opaque {
-            // Rays to lights ask opaque triangles too where some let light through.
+            // Rays to lights test opaque triangles too where some triangle transmits light.
             true => vk::GeometryFlagsKHR::OPAQUE | vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
-            // Offered once each: a cut-out is decided by a look at its texture.
+            // Each triangle is tested once per ray: the shader looks at its cut-out texture.
             false => vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
         };
         let geometry = vk::AccelerationStructureGeometryKHR::default()
@@ -76,7 +79,7 @@ impl AccelerationStructure {
         Self::build(gpu, vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL, geometry, range, positions, &[])
     }
 
-    /// Builds over others, each in its place as it is.
+    /// Builds a top-level structure over others, none of which is transformed, and waits for it.
     ///
     /// # Errors
     /// As [`AccelerationStructure::of_triangles`].
@@ -108,7 +111,7 @@ impl AccelerationStructure {
         Self::build(gpu, vk::AccelerationStructureTypeKHR::TOP_LEVEL, geometry, range, &buffer, &below)
     }
 
-    /// Sizes, memory, the build itself, waited for.
+    /// Asks for the sizes, allocates the memory, builds, and waits for the build.
     fn build(
         gpu: &Rc<Gpu>,
         kind: vk::AccelerationStructureTypeKHR,

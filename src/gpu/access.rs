@@ -1,4 +1,6 @@
-//! What was last done to a resource, and the barrier that the next use needs.
+//! Tracks how each image and buffer was last used, and derives the barrier that its next use needs.
+//!
+//! [`Frame`](super::Frame) and the pass chains declare each use; nothing else writes barriers.
 
 use ash::vk;
 
@@ -54,24 +56,24 @@ impl Use {
     );
     /// Read as a uniform buffer.
     pub const UNIFORM: Use = Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::UNIFORM_READ, false);
-    /// A ray structure that a compute shader asks.
+    /// An acceleration structure that a compute shader traces rays through.
     pub const STRUCTURE_READ: Use =
         Use::new(vk::ImageLayout::GENERAL, Stage::COMPUTE_SHADER, Acc::ACCELERATION_STRUCTURE_READ_KHR, false);
-    /// Positions or instances that a ray structure is built from.
+    /// Positions or instances from which an acceleration structure is built.
     pub const STRUCTURE_INPUT: Use = Use::new(
         vk::ImageLayout::GENERAL,
         Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
         Acc::from_raw(Acc::SHADER_READ.as_raw() | Acc::ACCELERATION_STRUCTURE_READ_KHR.as_raw()),
         false,
     );
-    /// A ray structure that another one is built over.
+    /// A bottom-level acceleration structure to which a top-level one that is being built refers.
     pub const STRUCTURE_BUILD_READ: Use = Use::new(
         vk::ImageLayout::GENERAL,
         Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
         Acc::ACCELERATION_STRUCTURE_READ_KHR,
         false,
     );
-    /// A ray structure being built, or its scratch memory.
+    /// An acceleration structure being built, or its scratch memory.
     pub const STRUCTURE_BUILD: Use = Use::new(
         vk::ImageLayout::GENERAL,
         Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
@@ -105,7 +107,7 @@ impl Use {
     pub const HOST_READ: Use = Use::new(vk::ImageLayout::GENERAL, Stage::HOST, Acc::HOST_READ, false);
 }
 
-/// Everything since the last write that a next use may have to wait for.
+/// The last write of a resource and the reads since, for which a next use may have to wait.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     layout: vk::ImageLayout,
@@ -127,7 +129,7 @@ pub(super) struct Barrier {
 }
 
 impl State {
-    /// A resource nobody has used; its content is undefined.
+    /// A resource that has not been used; its content is undefined.
     pub(super) const NEW: State = State {
         layout: vk::ImageLayout::UNDEFINED,
         write_stage: Stage::NONE,
@@ -136,8 +138,8 @@ impl State {
         read_access: Acc::NONE,
     };
 
-    /// A colour image that somebody else (a compositor) has just handed over, with all of its work done or waited for
-    /// by whoever comes first.
+    /// A colour image that its owner (a compositor) has just handed over. The owner's work on it is finished, or the first use
+    /// waits for it.
     pub(super) const HANDED_OVER: State = State {
         layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
         write_stage: Stage::ALL_COMMANDS,
@@ -149,15 +151,15 @@ impl State {
     /// The barrier before `next`, if it needs one, and the state after it. Buffers ignore the layouts.
     pub(super) fn then(&self, next: Use, is_image: bool) -> (Option<Barrier>, State) {
         let changes_layout = is_image && self.layout != next.layout;
-        // Stages and accesses of the readers are kept as two unions. They name exactly the pairs that have waited as
-        // long as one of them has a single member in common with this use; else it waits once more.
+        // The stages and the accesses of the readers are kept as two separate unions. These say for certain that this use has
+        // waited for the write only if one of them consists of nothing but this use. Otherwise it waits once more.
         let known = self.read_stage.contains(next.stage) && self.read_access.contains(next.access);
         let seen = known && (self.read_access == next.access || self.read_stage == next.stage);
         let barrier = Barrier {
             old_layout: self.layout,
             new_layout: next.layout,
             src_stage: self.write_stage | self.read_stage,
-            // Reads need an execution dependency only.
+            // A write after reads needs only an execution dependency on them.
             src_access: self.write_access,
             dst_stage: next.stage,
             dst_access: next.access,
@@ -180,7 +182,7 @@ impl State {
         if seen || self.write_stage == Stage::NONE {
             return (None, after);
         }
-        // Only the write matters to a reader.
+        // A reader waits only for the last write.
         (Some(Barrier { src_stage: self.write_stage, ..barrier }), after)
     }
 }

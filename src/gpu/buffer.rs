@@ -1,4 +1,4 @@
-//! Buffers: on the device, or mapped for the host to write or read.
+//! Buffers in device memory, or mapped for the host to write (upload) or to read (readback).
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -29,20 +29,20 @@ impl Buffer {
         Buffer::new(gpu, what, bytes, MemoryLocation::GpuOnly)
     }
 
-    /// Device memory for a ray structure, its input or its scratch: no shader binds it, so it may be larger than a
-    /// storage buffer.
+    /// Device memory for an acceleration structure, its input or its scratch. No shader binds it, so it may be larger than the
+    /// largest storage buffer.
     pub(super) fn structure(gpu: &Rc<Gpu>, what: &str, bytes: u64) -> Result<Buffer, GpuError> {
         Buffer::new(gpu, what, bytes, MemoryLocation::GpuOnly)
     }
 
-    /// Where it lies on the device; ray structures are built by addresses.
+    /// The buffer's device address, by which acceleration structures are built.
     pub(super) fn address(&self) -> u64 {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: only a device with ray queries asks; all of its buffers are made with an address.
         unsafe { self.gpu.device.get_buffer_device_address(&info) }
     }
 
-    /// Staging and readback are never bound as storage.
+    /// Checks the size against the largest storage buffer. Upload and readback buffers are not checked.
     fn check_storage(gpu: &Gpu, what: &str, bytes: u64) -> Result<(), GpuError> {
         if bytes <= gpu.max_storage_bytes() {
             return Ok(());
@@ -68,7 +68,7 @@ impl Buffer {
     }
 
     fn new(gpu: &Rc<Gpu>, what: &str, bytes: u64, location: MemoryLocation) -> Result<Buffer, GpuError> {
-        // Zero-sized buffers do not exist in Vulkan; an empty scene still binds all of its buffers.
+        // Vulkan has no buffers of size 0, but an empty scene still binds all of its buffers.
         let size = bytes.max(16);
         let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
@@ -97,7 +97,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Bytes.
+    /// Size in bytes: at least 16.
     pub fn size(&self) -> u64 {
         self.size
     }

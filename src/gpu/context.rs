@@ -1,4 +1,6 @@
-//! The device and what belongs to it once: queue, allocator, pipeline cache, validation messages.
+//! The open device with its queue, allocator, pipeline cache and validation messages.
+//!
+//! Everything else of this folder is made from a [`Gpu`] and holds an `Rc` to it.
 
 use std::ffi::{CStr, c_void};
 use std::mem::ManuallyDrop;
@@ -20,12 +22,12 @@ use super::{Called, Creator, GpuError};
 pub struct GpuOptions {
     /// Validation with synchronisation checks: slow, for tests. Messages are counted, see [`Gpu::check_validation`].
     pub validation: bool,
-    /// Where compiled pipelines are kept between runs; none = not kept.
+    /// The folder in which compiled pipelines are kept between runs; `None`: they are not kept.
     pub pipeline_cache: Option<PathBuf>,
 }
 
 impl GpuOptions {
-    /// `CYCLOPEAN_VALIDATION=1` turns validation on; the cache lies in the user's cache folder.
+    /// Validation is on if `CYCLOPEAN_VALIDATION` is `1`. The pipeline cache lies in the user's cache folder.
     pub fn from_environment() -> GpuOptions {
         let cache = std::env::var_os("XDG_CACHE_HOME")
             .map(PathBuf::from)
@@ -37,7 +39,7 @@ impl GpuOptions {
     }
 }
 
-/// What the journal and `render.json` say of the device.
+/// The device, as the journal and `render.json` describe it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct DeviceInfo {
     pub name: String,
@@ -47,7 +49,7 @@ pub struct DeviceInfo {
     pub vulkan: String,
 }
 
-/// The open device. Everything made from it holds an `Rc` to it, so it goes last.
+/// The open device. Everything made from it holds an `Rc` to it, so it is destroyed last.
 pub struct Gpu {
     pub(super) device: ash::Device,
     pub(super) queue: vk::Queue,
@@ -117,7 +119,7 @@ impl Gpu {
             let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
             folder.join(format!("pipelines-{uuid}.bin"))
         });
-        // A missing or foreign cache is only slower; drivers check the header themselves.
+        // Without a cache, or with another driver's, pipelines are only compiled again; drivers check the header themselves.
         let data = cache_file.as_ref().and_then(|f| files::read(f, files::MOST_DATA).ok()).unwrap_or_default();
         let create = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: `data` lives for the call.
@@ -152,17 +154,17 @@ impl Gpu {
         &self.info
     }
 
-    /// A software device: images are kept small and the program says so.
+    /// Whether the device is a software device (it runs on the processor). The commands then make smaller images, and say so.
     pub fn is_cpu(&self) -> bool {
         self.info.kind == "cpu"
     }
 
-    /// Shaders may ask the device's own ray structures (`VK_KHR_ray_query`).
+    /// Whether shaders may trace rays through acceleration structures (`VK_KHR_ray_query`).
     pub fn has_ray_query(&self) -> bool {
         self.ray_tracing.is_some()
     }
 
-    /// The validation layer watches, which takes time.
+    /// Whether the validation layer is on, which makes everything slower.
     pub fn has_validation(&self) -> bool {
         self.messenger.is_some()
     }
@@ -177,7 +179,7 @@ impl Gpu {
         u64::from(self.limits.max_storage_buffer_range)
     }
 
-    /// Memory of the device's own (a software device's: the computer's): its largest device-local heap, bytes.
+    /// Size of the largest device-local heap, bytes; of a software device that is the computer's memory.
     pub fn local_memory_bytes(&self) -> u64 {
         // SAFETY: the physical device belongs to this instance.
         let memory = unsafe { self.instance.get_physical_device_memory_properties(self.physical) };
@@ -185,12 +187,12 @@ impl Gpu {
         memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).max().unwrap_or(0)
     }
 
-    /// Layers of an image, at the most.
+    /// The largest number of layers that an image may have.
     pub fn max_layers(&self) -> usize {
         self.limits.max_image_array_layers as usize
     }
 
-    /// Fails with the first message once the validation layer has spoken.
+    /// Fails with the first message of the validation layer, if there has been any.
     ///
     /// # Errors
     /// [`GpuError::Validation`].
@@ -229,7 +231,7 @@ impl Gpu {
         }
     }
 
-    /// Keeps compiled pipelines for the next run.
+    /// Writes the compiled pipelines to the cache file, for the next run.
     fn save_cache(&self) {
         let Some(file) = &self.cache_file else { return };
         // SAFETY: the cache belongs to this device.
@@ -249,8 +251,8 @@ impl Gpu {
 impl Drop for Gpu {
     fn drop(&mut self) {
         self.save_cache();
-        // SAFETY: everything made from the device holds an `Rc` to us and is gone; the allocator goes before the
-        // device it allocates from, the messenger before its instance.
+        // SAFETY: everything made from the device holds an `Rc` to this and is already destroyed. The allocator is dropped
+        // before its device, and the messenger is destroyed before its instance.
         unsafe {
             if let Err(error) = self.device.device_wait_idle() {
                 tracing::warn!("the device did not come to rest: {error}");
@@ -296,7 +298,7 @@ fn create_instance(entry: &ash::Entry, creator: &dyn Creator, options: &GpuOptio
     creator.create_instance(entry, &info)
 }
 
-/// Whether the device has ray queries: then the alignment of scratch memory that it wants.
+/// The alignment of scratch memory that the device requires, if it has ray queries; otherwise `None`.
 fn ray_query_of(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Option<u64>, GpuError> {
     // SAFETY: `physical` comes from this instance; also below.
     let there = unsafe { instance.enumerate_device_extension_properties(physical) }
@@ -341,7 +343,8 @@ fn create_device(
     let wanted = vk::PhysicalDeviceFeatures::default().sampler_anisotropy(true);
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities)];
-    // Not the structure of all of Vulkan 1.2: an OpenXR runtime may add another part of it, and both may not be there.
+    // Not `PhysicalDeviceVulkan12Features`: an OpenXR runtime may add one of the structures that it replaces, and Vulkan forbids
+    // both in one chain.
     let mut addresses = vk::PhysicalDeviceBufferDeviceAddressFeatures::default().buffer_device_address(true);
     let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
     let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
@@ -398,14 +401,14 @@ fn watch(
     Ok((functions, messenger))
 }
 
-/// Writes down what the validation layer says.
+/// Prints a message of the validation layer and keeps it for [`Gpu::check_validation`].
 unsafe extern "system" fn heard(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: Vulkan passes the callback data it documents and our own pointer to a living mutex (see `watch`).
+    // SAFETY: Vulkan passes the documented callback data and our own pointer to a living mutex (see `watch`).
     let (text, messages) = unsafe {
         let message = (*data).p_message;
         let text =

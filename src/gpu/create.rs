@@ -1,4 +1,5 @@
-//! Who makes the Vulkan instance and device: ourselves, or (behind the same trait) an OpenXR runtime.
+//! How the Vulkan instance and device are made: by ourselves ([`OwnDevice`]), or behind the same trait with a window's
+//! extensions (`WithSurface`) or by an OpenXR runtime (`display::openxr`). `Gpu::open` calls the trait.
 
 use std::ffi::CStr;
 
@@ -6,12 +7,13 @@ use ash::vk;
 
 use super::{Called, GpuError};
 
-/// Makes instance and device. `XR_KHR_vulkan_enable2` does the same three things on the runtime's terms.
+/// Makes the instance, chooses the physical device and makes the device. These are the three steps that an OpenXR runtime takes
+/// over with `XR_KHR_vulkan_enable2`.
 pub trait Creator {
     /// Makes the instance.
     ///
     /// # Errors
-    /// What the loader or the runtime said.
+    /// The error of the loader or the runtime.
     fn create_instance(&self, entry: &ash::Entry, info: &vk::InstanceCreateInfo<'_>)
     -> Result<ash::Instance, GpuError>;
 
@@ -24,7 +26,7 @@ pub trait Creator {
     /// Makes the device.
     ///
     /// # Errors
-    /// What the driver or the runtime said.
+    /// The error of the driver or the runtime.
     fn create_device(
         &self,
         entry: &ash::Entry,
@@ -34,10 +36,11 @@ pub trait Creator {
     ) -> Result<ash::Device, GpuError>;
 }
 
-/// Our own: discrete before integrated before virtual before CPU, or the first whose name contains `name`.
+/// Makes both without a runtime. It prefers discrete to integrated to virtual to software devices, among all of them or among
+/// those whose name contains `name`.
 #[derive(Debug, Clone, Default)]
 pub struct OwnDevice {
-    /// Part of the device's name, compared without case.
+    /// Part of the device's name; upper and lower case count as equal.
     pub name: Option<String>,
 }
 
@@ -112,7 +115,7 @@ fn physical_devices(instance: &ash::Instance) -> Result<Vec<Physical>, GpuError>
         .collect())
 }
 
-/// A fixed-size C string of the API as text.
+/// The text of one of Vulkan's fixed-size C strings.
 pub(super) fn text(chars: &[std::ffi::c_char]) -> String {
     let bytes: Vec<u8> = chars.iter().map(|&c| c as u8).collect();
     CStr::from_bytes_until_nul(&bytes).map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
@@ -121,7 +124,7 @@ pub(super) fn text(chars: &[std::ffi::c_char]) -> String {
 /// Name, kind and Vulkan version of every device, for `doctor`.
 ///
 /// # Errors
-/// [`GpuError::NoLoader`] without a loader, else what Vulkan said.
+/// [`GpuError::NoLoader`] without a loader, else the error of the failed Vulkan call.
 pub fn list_devices() -> Result<Vec<(String, String, String)>, GpuError> {
     // SAFETY: loading the system's Vulkan loader runs its initialisers, which the system vouches for.
     let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;

@@ -1,4 +1,5 @@
-//! Libraries that record their own commands: handles for them to make things with, and one layer to draw into.
+//! Access for libraries that use Vulkan themselves, such as an OpenXR runtime or egui's renderer: the raw handles, a layer of an
+//! image to draw into, and a command pool for their uploads.
 
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
@@ -10,17 +11,17 @@ use super::access::Use;
 use super::{Called, Frame, Gpu, GpuError, Image};
 
 impl Gpu {
-    /// The device. Whatever is made from it must go before the [`Gpu`].
+    /// The device. Whatever is made from it must be destroyed before the [`Gpu`].
     pub fn device(&self) -> &ash::Device {
         &self.device
     }
 
-    /// The instance the device came from.
+    /// The instance to which the device belongs.
     pub fn instance(&self) -> &ash::Instance {
         &self.instance
     }
 
-    /// The loader the instance came from.
+    /// The loader with which the instance was made.
     pub fn entry(&self) -> &ash::Entry {
         &self.entry
     }
@@ -30,28 +31,29 @@ impl Gpu {
         self.physical
     }
 
-    /// The one queue, for graphics, compute and presentation; its family, and its index within.
+    /// The only queue, for graphics, compute and presentation; its family; its index within the family.
     pub fn queue(&self) -> (vk::Queue, u32, u32) {
         (self.queue, self.queue_family, 0)
     }
 
-    /// The allocator that all of this device's memory comes from.
+    /// The allocator of all of this device's memory.
     pub fn allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
 }
 
-/// Commands being recorded by a library, inside dynamic rendering.
+/// A command buffer inside dynamic rendering, for a library to record into.
 pub struct Canvas {
     pub commands: vk::CommandBuffer,
     pub extent: vk::Extent2D,
 }
 
 impl Frame {
-    /// Clears one layer and lets `draw` record into it; pipeline, viewport and scissor are the library's business.
+    /// Clears one layer and lets `draw` record commands that draw into it. The library binds its own pipeline and sets viewport
+    /// and scissor.
     ///
     /// # Errors
-    /// What `draw` or Vulkan said.
+    /// The error of `draw` or of a Vulkan call.
     pub fn draw_foreign<E: From<GpuError>>(
         &mut self,
         name: &str,
@@ -85,7 +87,7 @@ impl Frame {
     }
 }
 
-/// Command buffers for uploads that a library submits and waits for itself.
+/// A command pool for uploads that a library records, submits and waits for itself.
 pub struct UploadPool {
     raw: vk::CommandPool,
     gpu: Rc<Gpu>,
@@ -93,7 +95,7 @@ pub struct UploadPool {
 
 impl UploadPool {
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>) -> Result<UploadPool, GpuError> {
         let info = vk::CommandPoolCreateInfo::default()
             .queue_family_index(gpu.queue_family)
@@ -111,7 +113,7 @@ impl UploadPool {
 
 impl Drop for UploadPool {
     fn drop(&mut self) {
-        // SAFETY: who uploads with it waits for the upload.
+        // SAFETY: the library waits for each of its uploads, so no command buffer of the pool is in use.
         unsafe { self.gpu.device.destroy_command_pool(self.raw, None) };
     }
 }

@@ -1,4 +1,5 @@
-//! A frame: passes in order, barriers derived, a time a pass.
+//! A frame: a command buffer into which passes are recorded one after the other, with derived barriers and a time for each pass.
+//! `finish` submits it and waits.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -18,8 +19,8 @@ pub struct PassTime {
 
 /// A command buffer being recorded.
 ///
-/// Resources used by a frame must outlive [`Frame::finish`], which waits for the device; the borrow checker sees
-/// to it for what is borrowed by a pass chain, and owners keep their resources until then.
+/// The resources that a frame uses must outlive [`Frame::finish`], which waits for the device. A pass chain only borrows them, so
+/// their owners keep them until then.
 pub struct Frame {
     pub(super) gpu: Rc<Gpu>,
     pub(super) commands: vk::CommandBuffer,
@@ -30,24 +31,24 @@ pub struct Frame {
     passes: Vec<String>,
 }
 
-/// What times the passes.
+/// How the passes are timed.
 enum Clock {
-    /// The device's own timestamps, two a pass.
+    /// By two timestamps of the device for each pass.
     Timestamps(vk::QueryPool),
-    /// The host's clock, each pass a submission of its own. A software device runs on the host, and llvmpipe (Mesa
-    /// 22.3) puts a timestamp into the raster work to come: now and then it is taken after the dispatch that it should
-    /// precede, and the pass seems to take no time.
+    /// By the host's clock, with a submission for each pass, on software devices. llvmpipe (Mesa 22.3) adds a timestamp to the
+    /// raster work that follows it. The timestamp is then sometimes taken after the dispatch that it should precede, and the
+    /// pass seems to take no time.
     Host { started: Option<Instant>, ms: Vec<f64> },
 }
 
-/// More passes than any frame has; two queries each.
+/// The largest number of passes in a frame; each has two timestamp queries.
 const MAX_PASSES: u32 = 128;
 
 impl Frame {
     /// Starts recording.
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn begin(gpu: &Rc<Gpu>) -> Result<Frame, GpuError> {
         let device = &gpu.device;
         let mut frame = Frame {
@@ -71,7 +72,7 @@ impl Frame {
             (vk::DescriptorType::ACCELERATION_STRUCTURE_KHR, 64),
         ]
         .map(|(ty, descriptor_count)| vk::DescriptorPoolSize { ty, descriptor_count });
-        // The last kind exists only where ray queries do.
+        // The last descriptor type exists only on devices with ray queries.
         let sizes = if gpu.has_ray_query() { &sizes[..] } else { &sizes[..sizes.len() - 1] };
         let descriptor_info = vk::DescriptorPoolCreateInfo::default().max_sets(2 * MAX_PASSES).pool_sizes(sizes);
         let query_info =
@@ -89,13 +90,13 @@ impl Frame {
         }
         frame.begin_commands()?;
         if let Clock::Timestamps(queries) = frame.clock {
-            // SAFETY: recording has begun, outside rendering; the pool has as many queries.
+            // SAFETY: recording has begun, outside rendering; the pool has this many queries.
             unsafe { device.cmd_reset_query_pool(frame.commands, queries, 0, 2 * MAX_PASSES) };
         }
         Ok(frame)
     }
 
-    /// A command buffer of the pool, being recorded.
+    /// Begins a new command buffer of the pool.
     fn begin_commands(&mut self) -> Result<(), GpuError> {
         let device = &self.gpu.device;
         let allocate = vk::CommandBufferAllocateInfo::default()
@@ -125,14 +126,14 @@ impl Frame {
         }
     }
 
-    /// Declares the next use of an image; the barrier, if one is due, is recorded.
+    /// Declares the next use of an image and records the barrier that it needs, if any.
     pub(super) fn use_image(&mut self, image: &Image, next: Use) {
         if let Some(barrier) = image.next_use(next) {
             self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
         }
     }
 
-    /// Declares the next use of a buffer.
+    /// The same for a buffer.
     pub(super) fn use_buffer(&mut self, buffer: &Buffer, next: Use) {
         let (barrier, state) = buffer.state.get().then(next, false);
         buffer.state.set(state);
@@ -148,14 +149,15 @@ impl Frame {
     }
 
     fn barrier(&self, dependency: &vk::DependencyInfo<'_>) {
-        // SAFETY: recording has begun; the resources named outlive the frame (see the type's words).
+        // SAFETY: recording has begun; the resources named outlive the frame (see the type's documentation).
         unsafe { self.gpu.device.cmd_pipeline_barrier2(self.commands, dependency) };
     }
 
-    /// Starts the clock of a pass. Outside rendering, and before anything of the pass is bound.
+    /// Starts the clock of a pass. Must be called outside rendering, and before anything of the pass is bound: on software
+    /// devices it begins a new command buffer.
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub(super) fn start_pass(&mut self, name: &str) -> Result<(), GpuError> {
         let index = self.passes.len() as u32;
         assert!(index < MAX_PASSES, "a frame has at most {MAX_PASSES} passes");
@@ -174,10 +176,10 @@ impl Frame {
         Ok(())
     }
 
-    /// Stops the clock of the pass that was started last.
+    /// Stops the clock of the pass that was started last. On software devices this waits for the pass.
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub(super) fn end_pass(&mut self) -> Result<(), GpuError> {
         let index = self.passes.len() as u32 - 1;
         match self.clock {
@@ -202,14 +204,14 @@ impl Frame {
     /// Sets every word of a buffer.
     pub fn fill(&mut self, buffer: &Buffer, word: u32) {
         self.use_buffer(buffer, Use::COPY_TARGET);
-        // SAFETY: whole buffer, whose size is a multiple of four by construction or rounded down by WHOLE_SIZE.
+        // SAFETY: the whole buffer is filled; WHOLE_SIZE rounds a size that is no multiple of four down.
         unsafe { self.gpu.device.cmd_fill_buffer(self.commands, buffer.raw, 0, vk::WHOLE_SIZE, word) };
     }
 
     /// Writes words at the start of a buffer.
     pub fn write_words(&mut self, buffer: &Buffer, words: &[u32]) {
         self.use_buffer(buffer, Use::COPY_TARGET);
-        // SAFETY: the words are copied into the command buffer; the caller's buffer holds as many (validation checks).
+        // SAFETY: the words are copied into the command buffer; the caller's buffer is large enough, which validation checks.
         unsafe { self.gpu.device.cmd_update_buffer(self.commands, buffer.raw, 0, bytemuck::cast_slice(words)) };
     }
 
@@ -229,7 +231,7 @@ impl Frame {
         unsafe { self.gpu.device.cmd_clear_color_image(self.commands, image.raw, layout, &value, &[range]) };
     }
 
-    /// Copies the whole of `from` to the start of `to`.
+    /// Copies `from` to the start of `to`, as far as both reach.
     pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer) {
         self.use_buffer(from, Use::COPY_SOURCE);
         self.use_buffer(to, Use::COPY_TARGET);
@@ -302,7 +304,7 @@ impl Frame {
         }
     }
 
-    /// Leaves a lent image as its owner wants it back: in the layout of a colour attachment.
+    /// Brings a lent image into the layout in which its owner expects it back: that of a colour attachment.
     pub fn hand_back(&mut self, image: &Image) {
         self.use_image(image, Use::COLOR);
     }
@@ -322,10 +324,10 @@ impl Frame {
         self.use_buffer(to, Use::HOST_READ);
     }
 
-    /// Submits, waits, and gives the time of every pass in order.
+    /// Submits, waits, and returns the time of every pass in order.
     ///
     /// # Errors
-    /// What Vulkan said, device loss included.
+    /// The error of the failed Vulkan call, such as the loss of the device.
     pub fn finish(mut self) -> Result<Vec<PassTime>, GpuError> {
         self.submit()?;
         let ms = match &self.clock {
@@ -363,8 +365,8 @@ fn extent_of(image: &Image, mip_level: u32) -> vk::Extent3D {
 
 impl Drop for Frame {
     fn drop(&mut self) {
-        // SAFETY: either never submitted or waited for in `finish` (device loss aside, after which destruction is
-        // allowed); null handles are ignored.
+        // SAFETY: whatever was submitted has been waited for (after the loss of the device, destruction is allowed as well);
+        // null handles are ignored.
         unsafe {
             let device = &self.gpu.device;
             if let Clock::Timestamps(queries) = self.clock {

@@ -1,4 +1,4 @@
-//! Images: two layers for what both eyes have, one for textures.
+//! Images: with two layers for data of both eyes, with one layer and mips for textures, and images lent by a compositor.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -10,12 +10,12 @@ use gpu_allocator::vulkan::Allocation;
 use super::access::{State, Use};
 use super::{Called, Gpu, GpuError};
 
-/// What an image is.
+/// Size, format and usage of an image.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageDesc {
     pub width: u32,
     pub height: u32,
-    /// 2 = one an eye.
+    /// 2: one for each eye, the left one first.
     pub layers: u32,
     pub mips: u32,
     pub format: vk::Format,
@@ -23,7 +23,7 @@ pub struct ImageDesc {
 }
 
 impl ImageDesc {
-    /// Two layers, written by one compute pass and read by others.
+    /// Two layers that a compute pass writes and others read.
     pub fn stereo(width: u32, height: u32, format: vk::Format) -> ImageDesc {
         ImageDesc {
             width,
@@ -35,7 +35,7 @@ impl ImageDesc {
         }
     }
 
-    /// Two layers drawn into, then read.
+    /// Two layers that a raster pass draws into and others read.
     pub fn stereo_target(width: u32, height: u32, format: vk::Format) -> ImageDesc {
         let attachment = match format {
             vk::Format::D32_SFLOAT => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
@@ -45,7 +45,7 @@ impl ImageDesc {
         ImageDesc { usage, ..ImageDesc::stereo(width, height, format) }
     }
 
-    /// One layer with its mip chain, filled by copies, sampled.
+    /// One layer with mips, filled by copies and sampled.
     pub fn texture(width: u32, height: u32, mips: u32, format: vk::Format) -> ImageDesc {
         let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
         ImageDesc { width, height, layers: 1, mips, format, usage }
@@ -65,13 +65,13 @@ pub struct Image {
     pub(super) aspect: vk::ImageAspectFlags,
     desc: ImageDesc,
     allocation: RefCell<Option<Allocation>>,
-    /// Somebody else made `raw` and destroys it.
+    /// `raw` belongs to somebody else, who destroys it.
     lent: bool,
     pub(super) gpu: Rc<Gpu>,
 }
 
 impl Image {
-    /// Content undefined.
+    /// A new image with undefined content.
     ///
     /// # Errors
     /// [`GpuError::Memory`] when the device has none left.
@@ -129,11 +129,11 @@ impl Image {
         Ok(image)
     }
 
-    /// A colour image of somebody else, such as a compositor's; only copies go into it. Before each use
-    /// [`Image::take_over`], after it [`Frame::hand_back`].
+    /// A colour image of somebody else, such as a compositor, into which frames only copy. Call [`Image::take_over`] before each
+    /// use and [`Frame::hand_back`] after it.
     ///
     /// # Safety
-    /// `raw` is an image of this device as `desc` says, and outlives the result.
+    /// `raw` is an image of this device that matches `desc` and outlives the result.
     pub unsafe fn lent(gpu: &Rc<Gpu>, raw: vk::Image, desc: ImageDesc) -> Image {
         Image {
             raw,
@@ -149,12 +149,12 @@ impl Image {
         }
     }
 
-    /// The owner of a lent image says that it may be written, in the layout of a colour attachment.
+    /// Notes that the owner of a lent image has handed it over, in the layout of a colour attachment.
     pub fn take_over(&self) {
         self.state.set(State::HANDED_OVER);
     }
 
-    /// Declares the next use; the barrier that it needs, if it does.
+    /// Declares the next use and returns the barrier that it needs, if any.
     pub(super) fn next_use(&self, next: Use) -> Option<vk::ImageMemoryBarrier2<'static>> {
         let (barrier, state) = self.state.get().then(next, true);
         self.state.set(state);
@@ -205,7 +205,7 @@ impl Image {
         (self.desc.width, self.desc.height)
     }
 
-    /// As it was made.
+    /// The description with which the image was made.
     pub fn desc(&self) -> &ImageDesc {
         &self.desc
     }

@@ -1,6 +1,7 @@
-//! The thin Vulkan 1.3 layer: a device, its memory, passes whose barriers follow from what they read and write.
+//! The thin Vulkan 1.3 layer: a device, its memory, and passes whose barriers follow from what they read and write.
 //!
-//! Nothing here knows of scenes or reflections. One queue, one thread: owners are `Rc`, tracked state is `Cell`.
+//! `render`, `compare`, `stress`, the displays and the commands use it. Nothing here knows of scenes or reflections. There is one
+//! queue and one thread, so owners are `Rc` and tracked state is `Cell`.
 
 mod acceleration;
 mod access;
@@ -35,13 +36,13 @@ pub use swapchain::{Shown, Swapchain};
 pub use texture::{Filter, MaterialSets, Sampler};
 pub use transfer::{read_buffer, read_image};
 
-/// What can go wrong below the renderer.
+/// The errors of this layer.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// No Vulkan loader on the machine.
+    /// The machine has no Vulkan loader.
     #[error("no Vulkan loader was found ({0}); `./x doctor` names the package that brings it")]
     NoLoader(String),
-    /// A loader, but nothing that can render.
+    /// There is a loader, but no device that can render.
     #[error("no Vulkan 1.3 device was found{0}; `cyclopean doctor` says what is missing")]
     NoDevice(String),
     /// The device lacks something that the renderer cannot do without.
@@ -56,18 +57,18 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call} failed: {result}")]
     Vulkan { call: &'static str, result: ash::vk::Result },
-    /// Whoever makes the device for us, such as an OpenXR runtime, refused.
+    /// Another maker of the device, such as an OpenXR runtime, refused.
     #[error("{call} failed: {result}")]
     Runtime { call: &'static str, result: String },
-    /// Device memory could not be had.
+    /// Device memory could not be allocated.
     #[error("no device memory for {what} ({bytes} bytes): {reason}")]
     Memory { what: String, bytes: u64, reason: String },
-    /// The validation layer spoke.
+    /// The validation layer gave messages.
     #[error("the Vulkan validation layer gave {count} message(s); the first: {first}")]
     Validation { count: usize, first: String },
 }
 
-/// Names the call in the error.
+/// Adds the name of the Vulkan call to its error.
 pub(crate) trait Called<T> {
     fn called(self, call: &'static str) -> Result<T, GpuError>;
 }

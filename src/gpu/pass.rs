@@ -1,9 +1,9 @@
-//! A compute pass: one shader; its pipeline is made from what the first dispatch binds.
+//! A compute pass: one shader, whose pipeline is made from what its first dispatch binds.
 //!
 //! ```ignore
 //! frame.compute(&self.trace).sampled(&pyramid).write(&hits).constants(&params).dispatch_stereo(extent)?;
 //! ```
-//! Bindings count up in the order of the chain, set 0. The barriers follow from the words `sampled`, `write`, ….
+//! The chain assigns bindings 0, 1, … of set 0 in its order. The barriers follow from its methods `sampled`, `write`, ….
 
 use std::cell::OnceCell;
 use std::rc::Rc;
@@ -14,7 +14,7 @@ use super::access::Use;
 use super::texture::set_layout;
 use super::{AccelerationStructure, Buffer, Called, Frame, Gpu, GpuError, Image, Sampler};
 
-/// A compute shader with its specialisation.
+/// A compute shader with its specialisation constants.
 pub struct ComputePass {
     name: &'static str,
     module: vk::ShaderModule,
@@ -35,7 +35,7 @@ impl ComputePass {
     /// `specialization[i]` is the value of constant id i, as a word (booleans are 0 or 1).
     ///
     /// # Errors
-    /// What Vulkan said of the module.
+    /// When Vulkan refuses the shader module.
     pub fn new(
         gpu: &Rc<Gpu>,
         name: &'static str,
@@ -51,8 +51,8 @@ impl ComputePass {
 
     fn pipeline(&self, kinds: &[vk::DescriptorType], constant_bytes: u32) -> Result<&Pipeline, GpuError> {
         if let Some(pipeline) = self.pipeline.get() {
-            assert_eq!(pipeline.kinds, kinds, "`{}` is always bound alike", self.name);
-            assert_eq!(pipeline.constant_bytes, constant_bytes, "`{}` always has the same constants", self.name);
+            assert_eq!(pipeline.kinds, kinds, "every dispatch of `{}` binds the same descriptor types", self.name);
+            assert_eq!(pipeline.constant_bytes, constant_bytes, "`{}` has constants of another size", self.name);
             return Ok(pipeline);
         }
         let made = self.make(kinds.to_vec(), constant_bytes)?;
@@ -61,8 +61,8 @@ impl ComputePass {
 
     fn make(&self, kinds: Vec<vk::DescriptorType>, constant_bytes: u32) -> Result<Pipeline, GpuError> {
         let device = &self.gpu.device;
-        // SAFETY: the device is alive, infos live for their calls. A failure half-way leaks two small layouts and
-        // ends the program.
+        // SAFETY: the device is alive, and infos live for their calls. A failure half-way leaks two small layouts, but ends
+        // the program.
         unsafe {
             let set_layout = set_layout(&self.gpu, &kinds, vk::ShaderStageFlags::COMPUTE)?;
             let set_layouts = [set_layout];
@@ -108,7 +108,7 @@ impl Drop for ComputePass {
     }
 }
 
-/// A resource as a descriptor.
+/// A resource, ready to be written into a descriptor set.
 pub(super) enum Bound {
     Image(vk::DescriptorType, vk::DescriptorImageInfo),
     Buffer(vk::DescriptorType, vk::DescriptorBufferInfo),
@@ -138,7 +138,7 @@ impl Bound {
 }
 
 impl Frame {
-    /// A set of the frame's own pool with these descriptors; it lives as long as the frame.
+    /// Allocates a descriptor set from the frame's pool and writes these descriptors into it. It lives as long as the frame.
     pub(super) fn bind(&self, layout: vk::DescriptorSetLayout, bound: &[Bound]) -> Result<vk::DescriptorSet, GpuError> {
         let layouts = [layout];
         let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
@@ -195,23 +195,23 @@ impl<'f> Dispatch<'f> {
         self
     }
 
-    /// A storage image, mip 0, every texel written before any is read again.
+    /// A storage image, mip 0, that the pass only writes.
     pub fn write(self, image: &'f Image) -> Self {
         self.storage(image, 0, Use::STORAGE_WRITE)
     }
 
-    /// One mip of a storage image.
+    /// One mip of a storage image that the pass only writes.
     pub fn write_mip(self, image: &'f Image, mip: usize) -> Self {
         self.storage(image, mip, Use::STORAGE_WRITE)
     }
 
-    /// A storage image that the pass adds to.
+    /// A storage image, mip 0, that the pass reads and writes.
     pub fn read_write(self, image: &'f Image) -> Self {
         self.storage(image, 0, Use::STORAGE_READ_WRITE)
     }
 
     fn storage(mut self, image: &'f Image, mip: usize, how: Use) -> Self {
-        // The mips of one image written by one pass are one use of the image.
+        // Several mips of one image in one pass are a single use of the image.
         let again = self.bound.iter().any(|b| match b {
             Bound::Image(_, info) => image.mip_views.contains(&info.image_view),
             Bound::Buffer(..) | Bound::Structure(_) => false,
@@ -238,7 +238,7 @@ impl<'f> Dispatch<'f> {
         self.buffer(buffer, vk::DescriptorType::STORAGE_BUFFER, Use::STORAGE_READ_WRITE)
     }
 
-    /// A ray structure that the pass asks.
+    /// An acceleration structure through which the pass traces rays.
     pub fn structure(mut self, structure: &'f AccelerationStructure) -> Self {
         self.frame.use_buffer(&structure.memory, Use::STRUCTURE_READ);
         self.bound.push(Bound::Structure(structure.raw));
@@ -256,7 +256,7 @@ impl<'f> Dispatch<'f> {
         self
     }
 
-    /// Bindings that several passes have in common, in their place in the chain.
+    /// Adds bindings that several passes have in common, at this place of the chain.
     pub fn with(self, bind: impl FnOnce(Self) -> Self) -> Self {
         bind(self)
     }
@@ -267,15 +267,15 @@ impl<'f> Dispatch<'f> {
         self
     }
 
-    /// One invocation a pixel and eye, in groups of 8×8×1 (the shader's local size).
+    /// Dispatches one invocation for each pixel of each eye, in groups of 8×8×1 (the shader's local size).
     ///
     /// # Errors
-    /// What Vulkan said of the pipeline or its descriptors.
+    /// When Vulkan cannot make the pipeline or its descriptors.
     pub fn dispatch_stereo(self, (width, height): (u32, u32)) -> Result<(), GpuError> {
         self.dispatch(width.div_ceil(8), height.div_ceil(8), 2)
     }
 
-    /// So many groups.
+    /// Dispatches this many groups.
     ///
     /// # Errors
     /// As [`Dispatch::dispatch_stereo`].
@@ -286,7 +286,7 @@ impl<'f> Dispatch<'f> {
         })
     }
 
-    /// As many groups as the three words at `offset` of `arguments` say.
+    /// Dispatches as many groups as the three words at byte `offset` of `arguments` say.
     ///
     /// # Errors
     /// As [`Dispatch::dispatch_stereo`].

@@ -1,6 +1,6 @@
-//! A raster pass: one graphics pipeline, drawn into one layer at a time.
+//! A raster pass: one graphics pipeline that draws into one layer at a time.
 //!
-//! Each eye is a pass of its own: multiview draws wrong layers on Mesa 22.3 and saves nothing on a software device.
+//! Each eye is drawn separately: multiview draws wrong layers on Mesa 22.3, and would save nothing on a software device.
 
 use std::rc::Rc;
 
@@ -16,21 +16,22 @@ pub struct RasterPassDesc<'a> {
     pub name: &'static str,
     pub vertex: &'a [u32],
     pub fragment: &'a [u32],
-    /// Constant id i of both stages.
+    /// `specialization[i]` is the value of constant id i in both stages.
     pub specialization: &'a [u32],
-    /// Bytes a vertex; attribute formats with their offsets, location by location.
+    /// Bytes from vertex to vertex.
     pub vertex_stride: u32,
+    /// Format and offset (bytes) of the attribute at each location.
     pub attributes: &'a [(vk::Format, u32)],
     pub colors: &'a [vk::Format],
-    /// Bytes of push constants, both stages.
+    /// Size of the push constants of both stages, bytes.
     pub constant_bytes: u32,
-    /// Kinds of the inputs, set 0.
+    /// Descriptor types of the inputs, which are set 0.
     pub inputs: &'a [vk::DescriptorType],
-    /// Set 1.
+    /// The materials' textures, which are set 1.
     pub materials: &'a MaterialSets,
 }
 
-/// What the stages of a raster pass read, binding by binding.
+/// A resource that the stages of a raster pass read; the n-th one is binding n.
 pub enum Input<'a> {
     /// A uniform buffer.
     Uniform(&'a Buffer),
@@ -41,15 +42,15 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
-    /// [`Input::Uniform`] in a descriptor layout.
+    /// The descriptor type of [`Input::Uniform`].
     pub const UNIFORM: vk::DescriptorType = vk::DescriptorType::UNIFORM_BUFFER;
-    /// [`Input::Buffer`] in a descriptor layout.
+    /// The descriptor type of [`Input::Buffer`].
     pub const BUFFER: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
-    /// [`Input::Image`] in a descriptor layout.
+    /// The descriptor type of [`Input::Image`].
     pub const IMAGE: vk::DescriptorType = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
 }
 
-/// A graphics pipeline with reverse-Z depth; culling is set per draw.
+/// A graphics pipeline with a reverse-Z depth test; the cull mode is set per draw.
 pub struct RasterPass {
     name: &'static str,
     input_layout: vk::DescriptorSetLayout,
@@ -60,7 +61,7 @@ pub struct RasterPass {
 
 impl RasterPass {
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, desc: &RasterPassDesc<'_>) -> Result<RasterPass, GpuError> {
         let device = &gpu.device;
         let entries: Vec<_> = (0..desc.specialization.len())
@@ -135,7 +136,7 @@ impl RasterPass {
         }];
         let layout_info =
             vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&ranges);
-        // SAFETY: everything pointed to lives for these calls; the modules may go once the pipeline is made.
+        // SAFETY: everything pointed to lives for these calls; the modules may be destroyed once the pipeline is made.
         unsafe {
             let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
             let info = [vk::GraphicsPipelineCreateInfo::default()
@@ -170,7 +171,7 @@ impl Drop for RasterPass {
     }
 }
 
-/// An attachment and what it is cleared to.
+/// A colour attachment and the value to which it is cleared.
 pub struct Target<'a> {
     pub image: &'a Image,
     pub clear: vk::ClearColorValue,
@@ -183,14 +184,14 @@ impl<'a> Target<'a> {
     }
 }
 
-/// What a raster pass draws into.
+/// The attachments of a raster pass.
 #[derive(Clone, Copy)]
 pub struct Targets<'a> {
     pub colors: &'a [Target<'a>],
     pub depth: &'a Image,
 }
 
-/// What a raster pass draws.
+/// The buffers and textures that the draws of a raster pass use.
 #[derive(Clone, Copy)]
 pub struct Geometry<'a> {
     pub vertices: &'a Buffer,
@@ -198,7 +199,7 @@ pub struct Geometry<'a> {
     pub materials: &'a MaterialSets,
 }
 
-/// Draws being recorded into one layer.
+/// Records draws into one layer.
 pub struct Draws<'a> {
     gpu: &'a Gpu,
     commands: vk::CommandBuffer,
@@ -209,10 +210,10 @@ pub struct Draws<'a> {
 }
 
 impl Frame {
-    /// Draws one layer of the targets, cleared first (depth to 0, infinitely far); `draw` issues the draws.
+    /// Clears one layer of the targets (depth to 0, which is infinitely far) and lets `draw` record draws into it.
     ///
     /// # Errors
-    /// What Vulkan said of the descriptors.
+    /// When Vulkan cannot make the descriptors.
     pub fn raster(
         &mut self,
         pass: &RasterPass,
@@ -270,7 +271,7 @@ impl Frame {
             .layer_count(1)
             .color_attachments(&attachments)
             .depth_attachment(&depth_attachment);
-        // Negative height: y points up in clip space, row 0 is the image's top.
+        // The negative height makes y point up in clip space, with row 0 at the image's top.
         let viewport = vk::Viewport {
             x: 0.0,
             y: height as f32,
@@ -318,7 +319,7 @@ impl Draws<'_> {
         }
     }
 
-    /// Draws `count` indices from `first`; `instance` arrives as `gl_InstanceIndex`.
+    /// Draws `count` indices from index `first` on. `vertex` is added to each index; `instance` arrives as `gl_InstanceIndex`.
     pub fn indexed(
         &mut self,
         material: usize,

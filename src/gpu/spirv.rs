@@ -1,21 +1,21 @@
-//! A compiled shader, as the build script leaves it.
+//! A compiled shader. `build.rs` writes lists of them, which `render::shaders` and the displays include.
 
 use std::borrow::Cow;
 
-/// Words of SPIR-V.
+/// A shader's name and its SPIR-V.
 pub struct Shader {
     pub name: &'static str,
     pub bytes: &'static [u8],
 }
 
 impl Shader {
-    /// As Vulkan takes them.
+    /// The SPIR-V as the words that Vulkan takes.
     pub fn words(&self) -> Cow<'static, [u32]> {
         Cow::Borrowed(bytemuck::cast_slice(self.bytes))
     }
 }
 
-/// Bytes that begin at a word's address.
+/// Bytes at an address that is aligned to words.
 #[repr(C)]
 pub struct Aligned<B: ?Sized> {
     pub _word: [u32; 0],

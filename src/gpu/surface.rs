@@ -1,4 +1,4 @@
-//! A window as something to present to: the extensions it needs, and the surface itself.
+//! What presenting to a window needs: the extensions of instance and device ([`WithSurface`]), and the window's surface.
 
 use std::cell::Cell;
 use std::ffi::{CStr, c_char};
@@ -9,7 +9,7 @@ use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use super::{Called, Creator, Gpu, GpuError};
 
-/// Makes instance and device as `inner` does, with what windows of a display need besides.
+/// Makes instance and device as `inner` does, and adds the extensions that presenting to windows of a display needs.
 pub struct WithSurface<C> {
     inner: C,
     instance_extensions: Vec<*const c_char>,
@@ -25,7 +25,7 @@ impl<C: Creator> WithSurface<C> {
         Ok(WithSurface { inner, instance_extensions: extensions.to_vec(), waits: Cell::new(false) })
     }
 
-    /// The device can wait until a picture is shown (`VK_KHR_present_wait`); known once it is made.
+    /// Whether the device can wait until a picture is shown (`VK_KHR_present_wait`). Valid after the device has been made.
     pub fn waits_for_presents(&self) -> bool {
         self.waits.get()
     }
@@ -37,7 +37,7 @@ impl<C: Creator> Creator for WithSurface<C> {
         entry: &ash::Entry,
         info: &vk::InstanceCreateInfo<'_>,
     ) -> Result<ash::Instance, GpuError> {
-        // SAFETY: as Vulkan has it, the pointer leads to so many names, which live for the call.
+        // SAFETY: by Vulkan's rules the pointer leads to this many names, which live for the call.
         let mut names = unsafe { names(info.pp_enabled_extension_names, info.enabled_extension_count) };
         names.extend(&self.instance_extensions);
         let info = (*info).enabled_extension_names(&names);
@@ -96,7 +96,7 @@ unsafe fn names(first: *const *const c_char, count: u32) -> Vec<*const c_char> {
     }
 }
 
-/// A window's surface. It must go before its window.
+/// A window's surface. It must be dropped before its window.
 pub struct Surface {
     pub(super) raw: vk::SurfaceKHR,
     pub(super) functions: ash::khr::surface::Instance,
@@ -104,7 +104,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The window must outlive the surface; both handles come from it.
+    /// `display` and `window` are the handles of a window that outlives the surface.
     ///
     /// # Errors
     /// [`GpuError::Surface`] when the device cannot present to it.
@@ -120,14 +120,14 @@ impl Surface {
         };
         match can.called("vkGetPhysicalDeviceSurfaceSupportKHR")? {
             true => Ok(surface),
-            false => Err(GpuError::Surface(format!("`{}` cannot show anything there", gpu.info().name))),
+            false => Err(GpuError::Surface(format!("the device `{}` cannot present to it", gpu.info().name))),
         }
     }
 }
 
 impl Drop for Surface {
     fn drop(&mut self) {
-        // SAFETY: its swapchain holds it and is gone.
+        // SAFETY: its swapchain owns it and has already been destroyed.
         unsafe { self.functions.destroy_surface(self.raw, None) };
     }
 }

@@ -1,4 +1,4 @@
-//! Presenting: a picture of ours copied into the window's next image, in step with the monitor (FIFO).
+//! Presenting to a window: a picture is copied into the swapchain's next image, which is shown in step with the monitor (FIFO).
 
 use std::rc::Rc;
 
@@ -7,16 +7,16 @@ use ash::vk;
 use super::access::Use;
 use super::{Called, Gpu, GpuError, Image, Surface};
 
-/// What became of a picture.
+/// What happened to a picture that was presented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// On its way; its number for [`Swapchain::wait_until_shown`].
+    /// It was queued. The number is for [`Swapchain::wait_until_shown`].
     Queued(u64),
-    /// The window has another size now, or none: nothing was shown.
+    /// It was not shown, because the window now has another size, or none.
     Stale,
 }
 
-/// Pictures that may be on their way at once.
+/// The largest number of pictures whose copies may be unfinished at the same time.
 const IN_FLIGHT: usize = 2;
 
 struct Slot {
@@ -26,28 +26,28 @@ struct Slot {
     done: vk::Fence,
 }
 
-/// A window's images. Made anew when the window's size changes.
+/// A window's swapchain. [`Swapchain::resize`] makes its images again when the window's size changes.
 pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     waiter: Option<ash::khr::present_wait::Device>,
     raw: vk::SwapchainKHR,
     images: Vec<vk::Image>,
-    /// One an image: a picture's commands are done.
+    /// One for each image: signalled when the copy into it is finished.
     drawn: Vec<vk::Semaphore>,
     extent: vk::Extent2D,
     slots: Vec<Slot>,
     next: usize,
-    /// Pictures presented.
+    /// Number of pictures presented since the last resize.
     count: u64,
     surface: Surface,
     gpu: Rc<Gpu>,
 }
 
 impl Swapchain {
-    /// `waits`: see [`super::WithSurface::waits_for_presents`]. Has no images before [`Swapchain::resize`].
+    /// `waits`: see [`super::WithSurface::waits_for_presents`]. There are no images before [`Swapchain::resize`].
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn new(surface: Surface, waits: bool) -> Result<Swapchain, GpuError> {
         let gpu = Rc::clone(&surface.gpu);
         let functions = ash::khr::swapchain::Device::new(&gpu.instance, &gpu.device);
@@ -76,7 +76,7 @@ impl Swapchain {
         let device = &self.gpu.device;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(self.gpu.queue_family);
         let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
-        // SAFETY: the device is alive and every info lives for its call. A failure half-way leaks and ends the program.
+        // SAFETY: the device is alive and every info lives for its call. A failure half-way leaks, but ends the program.
         unsafe {
             let pool = device.create_command_pool(&pool, None).called("vkCreateCommandPool")?;
             let allocate = vk::CommandBufferAllocateInfo::default()
@@ -90,15 +90,15 @@ impl Swapchain {
         }
     }
 
-    /// Pixels of the window's images; none while it has none.
+    /// Width and height of the window's images, pixels; `None` while there are none.
     pub fn extent(&self) -> Option<(u32, u32)> {
         (self.raw != vk::SwapchainKHR::null()).then_some((self.extent.width, self.extent.height))
     }
 
-    /// Makes images for a window of about this size; the surface has the last word.
+    /// Makes images for a window of this size. The surface may demand another size; see [`Swapchain::extent`].
     ///
     /// # Errors
-    /// [`GpuError::Surface`] when the window's formats are foreign to us, else what Vulkan said.
+    /// [`GpuError::Surface`] when the surface offers none of our formats, else the error of the failed Vulkan call.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), GpuError> {
         self.rest()?;
         let (surface, physical) = (self.surface.raw, self.gpu.physical);
@@ -111,7 +111,7 @@ impl Swapchain {
                 formats.called("vkGetPhysicalDeviceSurfaceFormatsKHR")?,
             )
         };
-        // Our bytes are display values already, so nothing may convert them.
+        // The pictures' bytes are display values already, so the format must not convert them.
         let known = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32];
         let format = formats
             .iter()
@@ -139,7 +139,7 @@ impl Swapchain {
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true)
             .old_swapchain(old);
-        // SAFETY: the old chain rests (above); what it owned goes with it.
+        // SAFETY: the device is idle (`rest` above), so the old swapchain and its semaphores are unused.
         unsafe {
             if extent.width > 0 && extent.height > 0 {
                 self.raw = self.functions.create_swapchain(&info, None).called("vkCreateSwapchainKHR")?;
@@ -161,17 +161,18 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Queues a copy of layer 0 of `picture`, which has the window's size. Blocks while too many are on their way.
+    /// Queues a copy of layer 0 of `picture` for showing. A picture that has not the size of the window's images is not shown.
+    /// Blocks while `IN_FLIGHT` copies are unfinished.
     ///
     /// # Errors
-    /// What Vulkan said; the window's end is such an error.
+    /// The error of the failed Vulkan call, for example when the window is gone.
     pub fn present(&mut self, picture: &Image) -> Result<Shown, GpuError> {
         if self.raw == vk::SwapchainKHR::null() || picture.extent() != (self.extent.width, self.extent.height) {
             return Ok(Shown::Stale);
         }
         let slot = &self.slots[self.next];
         let device = &self.gpu.device;
-        // SAFETY: handles are alive; the fence says that the slot's last commands are done.
+        // SAFETY: handles are alive; after the wait for the fence the slot's last commands are finished.
         let acquired = unsafe {
             device.wait_for_fences(&[slot.done], true, u64::MAX).called("vkWaitForFences")?;
             self.functions.acquire_next_image(self.raw, 1_000_000_000, slot.acquired, vk::Fence::null())
@@ -261,7 +262,7 @@ impl Swapchain {
             device.reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty()).called("vkResetCommandPool")?;
             device.begin_command_buffer(commands, &begin).called("vkBeginCommandBuffer")?;
             device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&before));
-            // A blit of equal sizes is a copy that may swap red and blue.
+            // A blit between images of equal size copies, and converts the order of red and blue where the formats differ.
             device.cmd_blit_image(
                 commands,
                 picture.raw,
@@ -276,22 +277,22 @@ impl Swapchain {
         }
     }
 
-    /// Blocks until a picture is on the monitor, at most so long; false: it is not, or nobody can say.
+    /// Blocks until a picture is on the monitor, for at most `at_most`. False: it is not, or the device cannot tell.
     pub fn wait_until_shown(&self, picture: u64, at_most: std::time::Duration) -> bool {
         let Some(waiter) = &self.waiter else { return false };
         // SAFETY: the chain is alive, and the picture was presented to it.
         unsafe { waiter.wait_for_present(self.raw, picture, at_most.as_nanos() as u64) }.is_ok()
     }
 
-    /// Somebody can say when a picture is on the monitor.
+    /// Whether the device can tell when a picture is on the monitor.
     pub fn says_when(&self) -> bool {
         self.waiter.is_some()
     }
 
-    /// Waits until nothing is on its way, so that pictures can go.
+    /// Waits until the device is idle, so that pictures may be destroyed.
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn rest(&self) -> Result<(), GpuError> {
         // SAFETY: the device is alive and used by this thread alone.
         unsafe { self.gpu.device.device_wait_idle() }.called("vkDeviceWaitIdle")
@@ -301,9 +302,9 @@ impl Swapchain {
 impl Drop for Swapchain {
     fn drop(&mut self) {
         if let Err(error) = self.rest() {
-            tracing::warn!("the window's pictures did not come to rest: {error}");
+            tracing::warn!("could not wait for the window's last pictures: {error}");
         }
-        // SAFETY: nothing is on its way; null is ignored.
+        // SAFETY: the device is idle; null handles are ignored.
         unsafe {
             let device = &self.gpu.device;
             for slot in &self.slots {

@@ -1,4 +1,4 @@
-//! Samplers, and the descriptor sets that stay bound to materials.
+//! Samplers, and descriptor sets with the textures of each material for raster passes.
 
 use std::rc::Rc;
 
@@ -26,7 +26,7 @@ impl Filter {
     };
     /// Bilinear, clamped.
     pub const LINEAR: Filter = Filter { linear: true, ..Filter::NEAREST };
-    /// Bilinear, round the horizon and clamped at the poles.
+    /// Bilinear, repeated around the horizon and clamped at the poles.
     pub const EQUIRECT: Filter = Filter { wrap_u: vk::SamplerAddressMode::REPEAT, ..Filter::LINEAR };
 }
 
@@ -38,7 +38,7 @@ pub struct Sampler {
 
 impl Sampler {
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, filter: Filter) -> Result<Sampler, GpuError> {
         let (taps, mips) = match filter.linear {
             true => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
@@ -67,7 +67,7 @@ impl Drop for Sampler {
     }
 }
 
-/// One descriptor set a material, set 1 of raster passes: its textures.
+/// For each material a descriptor set with its textures, which is set 1 of raster passes.
 pub struct MaterialSets {
     pub(super) layout: vk::DescriptorSetLayout,
     pub(super) sets: Vec<vk::DescriptorSet>,
@@ -76,10 +76,11 @@ pub struct MaterialSets {
 }
 
 impl MaterialSets {
-    /// `materials[m][i]` becomes texture i of material m's set. The caller keeps images and samplers alive as long.
+    /// `materials[m][i]` becomes binding i of material m's set. The caller must keep images and samplers alive as long as the
+    /// sets.
     ///
     /// # Errors
-    /// What Vulkan said.
+    /// When a Vulkan call fails.
     pub fn new<const TEXTURES: usize>(
         gpu: &Rc<Gpu>,
         materials: &[[(&Image, &Sampler); TEXTURES]],
@@ -123,7 +124,8 @@ impl MaterialSets {
 
 impl Drop for MaterialSets {
     fn drop(&mut self) {
-        // SAFETY: frames wait before they return; pipeline layouts keep what they need; null is ignored.
+        // SAFETY: frames wait before they return, so no command buffer uses the sets. Pipeline layouts may outlive the set layout
+        // from which they were made. Null handles are ignored.
         unsafe {
             self.gpu.device.destroy_descriptor_pool(self.pool, None);
             self.gpu.device.destroy_descriptor_set_layout(self.layout, None);
@@ -131,7 +133,7 @@ impl Drop for MaterialSets {
     }
 }
 
-/// Bindings 0, 1, … of these kinds.
+/// A descriptor set layout with bindings 0, 1, … of these types.
 pub(super) fn set_layout(
     gpu: &Gpu,
     kinds: &[vk::DescriptorType],

@@ -7,10 +7,10 @@ use ash::vk;
 use super::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
 impl Buffer {
-    /// Device memory with this content, copied and waited for.
+    /// Device memory with this content; waits for the copy.
     ///
     /// # Errors
-    /// As [`Buffer::device`], or what the copy said.
+    /// As [`Buffer::device`], or the error of the failed copy.
     pub fn with_content<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         let buffer = Buffer::device(gpu, what, bytes.len() as u64)?;
@@ -18,7 +18,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// The same for what a ray structure is built from.
+    /// The same for data from which an acceleration structure is built.
     ///
     /// # Errors
     /// As [`Buffer::with_content`].
@@ -33,7 +33,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Copies, and waits.
+    /// Copies `bytes` to the start of the buffer, and waits.
     fn fill(&self, bytes: &[u8]) -> Result<(), GpuError> {
         let gpu = &self.gpu;
         if !bytes.is_empty() {
@@ -51,7 +51,7 @@ impl Image {
     /// A sampled texture: `levels[mip]` has the texels of one mip, tightly packed.
     ///
     /// # Errors
-    /// As [`Image::new`], or what the copy said.
+    /// As [`Image::new`], or the error of the failed copy.
     pub fn with_content(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, levels: &[Vec<u8>]) -> Result<Image, GpuError> {
         let image = Image::new(gpu, what, desc)?;
         let bytes: Vec<u8> = levels.concat();
@@ -63,10 +63,10 @@ impl Image {
         Ok(image)
     }
 
-    /// Layers of mip 0, each tightly packed.
+    /// An image with this content in mip 0: the texels of each layer, tightly packed.
     ///
     /// # Errors
-    /// As [`Image::new`], or what the copy said.
+    /// As [`Image::new`], or the error of the failed copy.
     pub fn with_layers(gpu: &Rc<Gpu>, what: &str, desc: ImageDesc, layers: &[&[u8]]) -> Result<Image, GpuError> {
         assert_eq!(layers.len(), desc.layers as usize, "{what}: bytes for every layer");
         let image = Image::new(gpu, what, desc)?;
@@ -74,10 +74,10 @@ impl Image {
         Ok(image)
     }
 
-    /// Writes mip 0 of all layers, tightly packed one after the other, and waits; the image takes copies.
+    /// Writes mip 0 of all layers, tightly packed one after the other, and waits. The image's usage must include transfers to it.
     ///
     /// # Errors
-    /// When memory for the copy runs out, or what the copy said.
+    /// When memory for the copy runs out, or the copy fails.
     pub fn write_layers(&self, bytes: &[u8]) -> Result<(), GpuError> {
         let staging = Buffer::upload(&self.gpu, "staging", bytes.len() as u64)?;
         staging.write(bytes);
@@ -88,7 +88,7 @@ impl Image {
     }
 }
 
-/// Reads one buffer back after a frame of its own.
+/// Reads a buffer back, by a submission of its own.
 pub fn read_buffer(gpu: &Rc<Gpu>, buffer: &Buffer) -> Result<Vec<u8>, GpuError> {
     let host = Buffer::readback(gpu, "readback", buffer.size())?;
     let mut frame = Frame::begin(gpu)?;
@@ -97,7 +97,7 @@ pub fn read_buffer(gpu: &Rc<Gpu>, buffer: &Buffer) -> Result<Vec<u8>, GpuError> 
     Ok(host.read())
 }
 
-/// Reads mip 0 of every layer back, tightly packed.
+/// Reads mip 0 of every layer back, tightly packed, by a submission of its own.
 pub fn read_image(gpu: &Rc<Gpu>, image: &Image) -> Result<Vec<u8>, GpuError> {
     let ImageDesc { width, height, layers, format, .. } = *image.desc();
     let texel = match format {

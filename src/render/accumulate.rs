@@ -1,4 +1,6 @@
-//! Pass 9: what the frames before knew of each pixel's reflection.
+//! Pass 9: accumulates each eye's filtered reflection over frames, for methods with a history.
+//!
+//! Reads the resolve's output and the [`History`], and writes the history of this frame. Recorded by `prepared::record`.
 
 use std::rc::Rc;
 
@@ -23,15 +25,15 @@ pub struct AccumulatePass {
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Constants {
     has_history: u32,
-    /// Something moved by itself since the last frame.
+    /// Some object has moved since the last frame.
     is_changing: u32,
 }
 
 impl AccumulatePass {
-    /// `finish`: no reuse between the eyes follows.
+    /// `finish`: no reuse between the eyes follows, so this pass writes the outgoing reflection.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,
@@ -53,10 +55,10 @@ impl AccumulatePass {
         Ok(AccumulatePass { pass: ComputePass::new(gpu, "accumulate", &words, &specialization)? })
     }
 
-    /// `fallback` is what unknown rays see, where the settings want more than black.
+    /// `fallback` stands in for unknown rays, unless the settings say black.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,5 @@
-//! The specular lobe's albedo F0·A + B, integrated on the device from the BRDF that every pass uses.
+//! The table of the specular lobe's albedo F0·A + B, integrated on the device from the BRDF that every pass uses. The renderer
+//! makes it once for each roughness limit of mirrors.
 
 use std::rc::Rc;
 
@@ -9,9 +10,9 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image, ImageDesc};
 
 use super::shaders;
 
-/// Texels a side; A and B are smooth, bilinear reading errs by less than 1e-3.
+/// Width and height, texels. A and B are so smooth that bilinear interpolation errs by less than 1e-3.
 const SIZE: u32 = 64;
-/// Owen-scrambled samples a texel: errors below 1e-3.
+/// Owen-scrambled samples for each texel, which keep errors below 1e-3.
 const SAMPLES: u32 = 1024;
 
 #[repr(C)]
@@ -21,10 +22,11 @@ struct Constants {
     samples: u32,
 }
 
-/// A in red, B in green; x = n·v, y = perceptual roughness, both 0–1 from centre to centre.
+/// The table: A in red, B in green. x is n·v and y is perceptual roughness, both from 0 at the first texel's centre to 1 at the
+/// last one's.
 ///
 /// # Errors
-/// What the device said.
+/// When a Vulkan call fails.
 pub fn brdf_table(gpu: &Rc<Gpu>, delta_roughness: f32) -> Result<Image, GpuError> {
     let desc = ImageDesc { layers: 1, ..ImageDesc::stereo(SIZE, SIZE, vk::Format::R16G16B16A16_SFLOAT) };
     let table = Image::new(gpu, "BRDF table", desc)?;

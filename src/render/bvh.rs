@@ -1,4 +1,6 @@
-//! What rays through the scene's geometry ask: triangles, a BVH or the device's own structure over them, textures.
+//! The scene's geometry for rays: triangles, a BVH or an acceleration structure of the device over them, and textures.
+//!
+//! `lazy_rays` builds it; every pass that sends rays through the geometry binds it.
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -26,9 +28,9 @@ use super::upload::{Range, SceneResources};
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 pub const EXCHANGED: u32 = 1 << 31;
 
-/// How rays find what they hit.
+/// What finds the hits of rays.
 pub enum Structure {
-    /// Nodes of the BVH.
+    /// The nodes of our BVH.
     Bvh(Image),
     RayQuery(Box<RayStructure>),
 }
@@ -40,20 +42,20 @@ pub struct RayScene {
     pub triangles: Image,
     pub textures: Buffer,
     pub texels: Buffer,
-    /// Triangles that glow.
+    /// Emissive triangles.
     pub emitters: Vec<EmitterData>,
-    /// Σ area × luminance of the emission's factor over them.
+    /// Σ area × luminance of the material's emissive factor over the emitters.
     pub emitted: f32,
-    /// How many times textures were halved to fit one storage buffer; 0 as a rule.
+    /// How many times textures were halved in size to fit one storage buffer; usually 0.
     pub halvings: u32,
 }
 
 impl RayScene {
-    /// Builds and uploads; about 0.1 s per 150 k triangles on one core.
+    /// Builds and uploads. Building takes about 0.1 s per 150 k triangles on one core.
     ///
     /// # Errors
     /// When device memory runs out.
-    /// [`GpuError::Lacks`] when ray queries are asked for where there are none.
+    /// [`GpuError::Lacks`] when `trace` asks for ray queries and the device has none.
     pub fn new(
         gpu: &Rc<Gpu>,
         (scene, places): (&Scene, &[DAffine3]),
@@ -94,12 +96,13 @@ impl RayScene {
     }
 }
 
-/// Whether a ray through the geometry is answered by hardware.
+/// Whether hardware traces rays through the geometry.
 pub fn fast_ray_queries(gpu: &Gpu, trace: Trace) -> bool {
     takes_ray_query(gpu, trace) && !gpu.is_cpu()
 }
 
-/// A software device answers ray queries too (Mesa 25), two to three times as slowly as it walks our own tree.
+/// Whether rays go through the device's acceleration structure. A software device has ray queries too (Mesa 25), but they take
+/// two to three times as long as the traversal of our BVH.
 fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
     match trace {
         Trace::Auto | Trace::Cpu => gpu.has_ray_query() && !gpu.is_cpu(),
@@ -109,7 +112,7 @@ fn takes_ray_query(gpu: &Gpu, trace: Trace) -> bool {
 }
 
 impl RayScene {
-    /// `bvh` or `ray-query`.
+    /// The name in `render.json`: `bvh` or `ray-query`.
     pub fn structure_name(&self) -> &'static str {
         match self.structure {
             Structure::Bvh(_) => "bvh",
@@ -117,12 +120,12 @@ impl RayScene {
         }
     }
 
-    /// Whether it is what `trace` asks for on this device.
+    /// Whether this is what `trace` selects on the device.
     pub fn answers(&self, gpu: &Gpu, trace: Trace) -> bool {
         takes_ray_query(gpu, trace) == matches!(self.structure, Structure::RayQuery(_))
     }
 
-    /// A shader in the variant that asks what is bound.
+    /// The variant of a shader that fits what [`RayScene::bind`] binds.
     pub fn variant(&self, bvh: &'static Shader, ray_query: &'static Shader) -> &'static Shader {
         match self.structure {
             Structure::Bvh(_) => bvh,
@@ -173,10 +176,11 @@ impl RayScene {
     }
 }
 
-/// Sixteen bytes a texel, this many texels a row (twin: `row` in bvh.glsl).
+/// Texels in a row, of sixteen bytes each (twin: `row` in rays.glsl).
 const ROW_WIDTH: usize = 4096;
 
-/// Structures as texels: a fetch is cheaper than a gather from a buffer on software devices, and no dearer elsewhere.
+/// Uploads structures as texels. On software devices a texel fetch is cheaper than lane by lane reads of a buffer; elsewhere it
+/// costs no more.
 pub fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[T]) -> Result<Image, GpuError> {
     let mut bytes = bytemuck::cast_slice::<T, u8>(content).to_vec();
     let rows = bytes.len().div_ceil(16 * ROW_WIDTH).max(1);
@@ -219,7 +223,7 @@ pub fn world_triangles(scene: &Scene, places: &[DAffine3], ranges: &[Range], hea
     out
 }
 
-/// Triangles whose material emits, and what they emit together.
+/// The emissive triangles, and Σ area × luminance over them.
 fn emitters(scene: &Scene, triangles: &[TriangleData]) -> (Vec<EmitterData>, f32) {
     let mut sum = 0.0f64;
     let mut powers = Vec::new();
@@ -237,13 +241,13 @@ fn emitters(scene: &Scene, triangles: &[TriangleData]) -> (Vec<EmitterData>, f32
     (powers.iter().map(share).collect(), sum as f32)
 }
 
-/// Nodes, and the order in which they refer to triangles.
+/// The BVH's nodes, and the order of the triangles to which its leaves refer.
 fn build(triangles: &[TriangleData]) -> (Vec<NodeData>, Vec<u32>) {
     let bvh = binary_tree(triangles, 8);
     (pair_children(&bvh), bvh.primitive_indices)
 }
 
-/// A binary tree over triangles, with so many in a leaf at the most; without a node where there is none.
+/// A binary BVH over triangles, with at most `most_in_a_leaf` of them in a leaf. Without triangles it has no nodes.
 pub(super) fn binary_tree(triangles: &[TriangleData], most_in_a_leaf: u32) -> Bvh2 {
     let shapes: Vec<Triangle> = triangles
         .iter()
@@ -259,7 +263,7 @@ pub(super) fn binary_tree(triangles: &[TriangleData], most_in_a_leaf: u32) -> Bv
     }
 }
 
-/// From one bounds a node to the bounds of both children in their parent; the root is node 0.
+/// Converts a BVH whose nodes hold their own bounds into nodes that hold the bounds of both children. The root is node 0.
 fn pair_children(bvh: &Bvh2) -> Vec<NodeData> {
     let inner: Vec<usize> = (0..bvh.nodes.len()).filter(|&i| bvh.nodes[i].prim_count == 0).collect();
     let mut number = vec![0u32; bvh.nodes.len()];
@@ -284,7 +288,7 @@ fn pair_children(bvh: &Bvh2) -> Vec<NodeData> {
         upper1,
         reserved1: 0,
     };
-    // Entered by no ray: its lower corner lies beyond its upper one.
+    // An empty child. No ray enters it, because its lower corner lies beyond its upper one.
     let nothing = ([f32::MAX; 3], [f32::MIN; 3], LEAF);
     match (inner.is_empty(), bvh.nodes.is_empty()) {
         (false, _) => inner
@@ -299,7 +303,7 @@ fn pair_children(bvh: &Bvh2) -> Vec<NodeData> {
     }
 }
 
-/// All textures in one buffer of words; halved together until they fit `limit` bytes.
+/// All textures in one buffer of words. All of them are halved in size until they fit `limit` bytes; returns how many times.
 fn pack_textures(textures: &[Texture], limit: u64) -> (Vec<TextureData>, Vec<u32>, u32) {
     let words = |halvings: u32| -> u64 {
         textures

@@ -1,4 +1,4 @@
-//! Pass 5: which pixels trace a ray.
+//! Pass 5: lists the pixels that trace a reflection ray, and writes the guide for the resolve.
 
 use std::rc::Rc;
 
@@ -17,14 +17,14 @@ pub struct ClassifyPass {
 
 impl ClassifyPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<ClassifyPass, GpuError> {
         let specialization = [u32::from(needs.resolve)];
         Ok(ClassifyPass { pass: ComputePass::new(gpu, "classify", &shaders::CLASSIFY_COMP.words(), &specialization)? })
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

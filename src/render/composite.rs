@@ -1,4 +1,4 @@
-//! Pass 10: reflections on top, linear images for stills, tone-mapped picture.
+//! Pass 10: adds the reflections to the other light, and writes the linear images for stills and the tone-mapped picture.
 
 use std::rc::Rc;
 
@@ -19,7 +19,7 @@ pub struct CompositePass {
 
 impl CompositePass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,
@@ -31,7 +31,7 @@ impl CompositePass {
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

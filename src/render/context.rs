@@ -1,4 +1,6 @@
-//! What every pass of a frame reads: the uniforms, the lights, the instances, the counters, the shared samplers.
+//! What the passes of a frame share: uniforms, lights, instances, counters, the BRDF table, baked light and samplers.
+//!
+//! `Renderer::prepare` makes a [`Context`] for each prepared view, relative to its head.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -13,11 +15,11 @@ use super::settings::{Firefly, Settings, Streams};
 use super::shared::{CountersData, EyeUniform, FrameUniform};
 use super::upload::{self, EnvironmentMaps, SceneResources};
 
-/// Frame-wide inputs.
+/// See the module's documentation.
 pub struct Context {
-    /// Where the head was when this was made: the origin of render space.
+    /// Where the head was when this was made, in world space: the origin of render space.
     pub head: DVec3,
-    /// Corners of everything in the scene, world space.
+    /// Lower and upper corner of the box around the scene and the head, world space.
     bounds: [DVec3; 2],
     guard: [u32; 2],
     pub frame: Buffer,
@@ -26,7 +28,7 @@ pub struct Context {
     pub instances: Buffer,
     pub counters: Buffer,
     pub brdf_table: Rc<Image>,
-    /// Empty where no pass reads it.
+    /// A placeholder where no pass reads it.
     pub baked: Rc<BakedLight>,
     pub nearest: Sampler,
     pub linear: Sampler,
@@ -65,21 +67,22 @@ impl Context {
         })
     }
 
-    /// Other eyes, seed or frame number; size and scene are what they were. Between frames only.
+    /// Sets other eyes, another seed or another frame number for the next frame. Size and scene must be the same as before. Must
+    /// not be called during a frame.
     pub fn update(&self, camera: &StereoCamera, settings: &Settings, scene: &Scene) {
         let uniform = frame_uniform(scene, camera, settings, self.guard, (self.head, self.bounds));
         self.frame.write(bytemuck::bytes_of(&uniform));
         self.uniform.set(uniform);
     }
 
-    /// Places the instances of a scene in which something moves. Between frames only.
+    /// Moves the instances to `places`. For scenes with motions only; must not be called during a frame.
     pub fn place(&self, scene: &Scene, places: &[DAffine3], resources: &SceneResources) {
         let instances = upload::instances(scene, places, &resources.ranges, self.head);
         self.instances.write(bytemuck::cast_slice(&instances));
     }
 
-    /// What `shade.glsl` and `outgoing.glsl` ask of the surroundings: the environment's two maps, what unknown rays see, the
-    /// table of the lobe's albedo, and the lights.
+    /// Binds what `shade.glsl` and `outgoing.glsl` need in the passes of the filter: the environment's radiance and irradiance,
+    /// the prefiltered map that stands in for unknown rays, the BRDF table, and the lights.
     pub fn bind_surroundings<'f>(
         &'f self,
         chain: Dispatch<'f>,
@@ -103,7 +106,7 @@ impl Context {
             .sampled(&self.brdf_table, &self.linear)
     }
 
-    /// What the device has of the frame.
+    /// The uniforms as they are on the device.
     pub fn uniform(&self) -> FrameUniform {
         self.uniform.get()
     }
@@ -145,7 +148,7 @@ fn frame_uniform(
         delta_roughness: settings.delta_roughness,
         open_mesh_thickness: scene.open_mesh_thickness_m,
         edge_fade: settings.edge_fade,
-        // Beyond it lies nothing of the scene, from anywhere in it: twice the diagonal of its bounds and the head's.
+        // Longer than any way through the scene: twice the diagonal of the box around the scene and the head.
         ray_length: (2.0 * (high.max(camera.head()) - low.min(camera.head())).length()).max(1e-3) as f32,
         exposure: scene.exposure,
         light_count: scene.lights.len() as u32,
@@ -160,7 +163,7 @@ fn frame_uniform(
     }
 }
 
-/// Corners of the scene and the head.
+/// Lower and upper corner of the box around the scene and the head, world space.
 fn bounds(scene: &Scene, head: DVec3) -> [DVec3; 2] {
     let (mut low, mut high) = (head, head);
     for corner in scene.instances.iter().flat_map(|i| instance_corners(scene, i)) {
@@ -170,7 +173,8 @@ fn bounds(scene: &Scene, head: DVec3) -> [DVec3; 2] {
     [low, high]
 }
 
-/// Corners of the box of its object's space that an instance fills, world space; its place alone if it is empty.
+/// The eight corners, in world space, of an instance's bounding box in object space. Without vertices all of them are the
+/// instance's origin.
 pub fn instance_corners(scene: &Scene, instance: &Instance) -> [DVec3; 8] {
     let positions = &scene.primitives[instance.primitive].positions;
     let first = positions.first().copied().unwrap_or_default();

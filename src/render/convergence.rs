@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Luminance below which an error counts as it would there, as a share of the reflecting pixels' mean.
+/// The least luminance by which an error is divided, as a share of the reflecting pixels' mean luminance.
 const DARK: f64 = 0.01;
 
 /// The relative error of [`super::Prepared::set_until`] over pixels given as mean and standard error of linear RGB. The

@@ -1,4 +1,5 @@
-//! Pass 4: nearest front and farthest back per cell, seven levels of both eyes in one dispatch.
+//! Pass 4: the depth pyramid that screen-space rays are marched through. For each cell it holds the nearest front and the
+//! farthest back, in seven levels of both eyes, written by one dispatch.
 
 use std::rc::Rc;
 
@@ -18,14 +19,14 @@ pub struct DepthPyramidPass {
 
 impl DepthPyramidPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,
         (settings, method): (&Settings, &Method),
     ) -> Result<DepthPyramidPass, GpuError> {
         let words = shaders::DEPTH_PYRAMID_COMP.words();
-        // The published estimator keeps its rays.
+        // With the published estimator rays are traced as published, through the gaps in slanted surfaces too.
         let close_slopes = settings.reuse(method) == Reuse::Balance;
         let specialization = [needs.back_faces, close_slopes].map(u32::from);
         let pass = ComputePass::new(gpu, "depth_pyramid", &words, &specialization)?;
@@ -33,7 +34,7 @@ impl DepthPyramidPass {
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

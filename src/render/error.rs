@@ -5,7 +5,7 @@ use cyclopean_analysis::files::WriteError;
 use crate::console::Interrupted;
 use crate::gpu::GpuError;
 
-/// Pixels of a side, at the most (twin: `pack_pixel` in ray_list.glsl).
+/// The largest width and height, pixels (twin: `pack_pixel` in ray_list.glsl).
 pub const MOST_PIXELS: u32 = 1 << 14;
 
 /// A picture could not be made.
@@ -15,15 +15,15 @@ pub enum RenderError {
     Gpu(#[from] GpuError),
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
-    /// What was gathered could not be kept.
+    /// Baked light could not be written to its folder.
     #[error(transparent)]
     Kept(#[from] WriteError),
-    /// A ray list has fourteen bits a side.
+    /// A ray list has only fourteen bits each for column and row.
     #[error(
         "a picture of {width}×{height} pixels an eye (a guard band included) is too large: at most {MOST_PIXELS} a side"
     )]
     TooLarge { width: u32, height: u32 },
-    /// A result that would poison a study.
+    /// The picture contains NaNs or infinities.
     #[error(
         "scene `{scene}`, method `{method}`: {nan} values are not numbers and {inf} are infinite; the picture is refused"
     )]

@@ -1,6 +1,7 @@
-//! The view's finer twin, for antialiasing: surfaces and their light, several samples along a side of each pixel.
+//! For antialiasing, the view's finer twin: surfaces and their light, drawn with several samples along each side of a pixel.
 //!
-//! Reflections stay at the rate of pixels: `composite.comp` puts both together, alike for every method and the reference.
+//! Reflections are still computed once for each pixel. `composite.comp` combines the two, in the same way for every method and
+//! the reference.
 
 use std::rc::Rc;
 
@@ -21,12 +22,12 @@ pub struct Fine {
 }
 
 impl Fine {
-    /// The settings of what is drawn, this many times as finely.
+    /// `drawn` with `finer` times the width and height.
     pub fn settings(drawn: &Settings, finer: u32) -> Settings {
         Settings { width: drawn.width * finer, height: drawn.height * finer, ..drawn.clone() }
     }
 
-    /// `context` was made for [`Fine::settings`].
+    /// `context` must have been made for [`Fine::settings`].
     ///
     /// # Errors
     /// When device memory runs out.
@@ -41,7 +42,7 @@ impl Fine {
         Ok(Fine { context, targets, finer })
     }
 
-    /// Other eyes, seed or frame number.
+    /// As [`Context::update`].
     pub fn update(&self, eyes: &StereoCamera, drawn: &Settings, scene: &Scene) {
         self.context.update(eyes, &Fine::settings(drawn, self.finer), scene);
     }

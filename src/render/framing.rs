@@ -1,11 +1,12 @@
-//! What is drawn where a method draws more than it shows, or with other random numbers than the settings say.
+//! How a method changes the settings and the cameras of a view: it may draw a guard band that is not shown, share the random
+//! numbers between the eyes, and fix how taps are weighted.
 
 use crate::scene::{Eye, Fov, StereoCamera};
 
 use super::method::{Method, Reuse};
 use super::settings::{Firefly, Settings, Streams};
 
-/// A method's view of a view.
+/// What a method draws for a view: size, cameras and settings. Made by `prepared` and `Renderer::prepare`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Framing {
     /// Pixels at each side (x, y) that are drawn and never shown.
@@ -20,8 +21,8 @@ impl Framing {
     pub fn of(method: &Method, settings: &Settings) -> Framing {
         let parts = method.parts();
         let shown = [settings.width, settings.height];
-        // Even: a device takes derivatives, and from them the level of a texture, in squares of two by two pixels, which
-        // an odd band would place otherwise.
+        // The band is even, because a device computes derivatives, and from them a texture's mip level, in squares of 2×2 pixels.
+        // An odd band would shift these squares.
         let band = |pixels: u32| {
             let wanted = (u64::from(pixels) * u64::from(parts.guard_band)).div_ceil(1000) as u32;
             wanted.next_multiple_of(2)
@@ -30,17 +31,17 @@ impl Framing {
         Framing { guard: shown.map(band), shared_noise: parts.shared_noise, reuse, firefly, shown }
     }
 
-    /// The settings of what is drawn.
+    /// The settings of what is drawn, from those of what is shown.
     pub fn settings(&self, shown: &Settings) -> Settings {
         let [x, y] = self.guard;
         let streams = if self.shared_noise { Streams::Shared } else { shown.streams };
         let (width, height) = (shown.width + 2 * x, shown.height + 2 * y);
-        // As many pixels as without a band: what is beyond the view fades there, not what is in it.
+        // The fade is as many pixels wide as without a band. It then lies in the band and not in the part that is shown.
         let edge_fade = shown.edge_fade * shown.width as f32 / width as f32;
         Settings { width, height, streams, edge_fade, reuse: self.reuse, firefly: Some(self.firefly), ..shown.clone() }
     }
 
-    /// The eyes of what is drawn: pixels as large as those shown.
+    /// The cameras of what is drawn: wider by the guard band, so that the pixels stay as large as without it.
     pub fn camera(&self, shown: &StereoCamera) -> StereoCamera {
         if self.guard == [0, 0] {
             return *shown;
@@ -62,7 +63,7 @@ impl Framing {
         StereoCamera { left: wider(Eye::Left), right: wider(Eye::Right) }
     }
 
-    /// What is shown of tightly packed texels of one eye.
+    /// Cuts the guard band off one eye's tightly packed texels.
     pub fn crop<T: Copy>(&self, drawn: &[T]) -> Vec<T> {
         let ([x, y], [width, height]) = (self.guard.map(|n| n as usize), self.shown.map(|n| n as usize));
         let stride = width + 2 * x;

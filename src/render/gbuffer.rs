@@ -1,4 +1,4 @@
-//! Passes 1 and 2: the G-buffer, and the back faces behind it. One raster pass an eye.
+//! Passes 1 and 2: draw the G-buffer, and the nearest back faces behind it, one eye after the other.
 
 use std::rc::Rc;
 
@@ -15,7 +15,7 @@ use super::shared::Vertex;
 use super::targets::GBuffer;
 use super::upload::SceneResources;
 
-/// Draws surfaces.
+/// Draws the G-buffer.
 pub struct GBufferPass {
     pass: RasterPass,
 }
@@ -36,7 +36,7 @@ const ATTRIBUTES: [(vk::Format, u32); 6] = [
 
 impl GBufferPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources, needs: &Needs) -> Result<GBufferPass, GpuError> {
         let formats = [vk::Format::R32G32B32A32_UINT, vk::Format::R32_UINT, vk::Format::R16G16B16A16_SFLOAT];
         let pass = RasterPass::new(
@@ -58,7 +58,7 @@ impl GBufferPass {
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,
@@ -84,7 +84,7 @@ impl GBufferPass {
 
 impl BackFacePass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources) -> Result<BackFacePass, GpuError> {
         let pass = RasterPass::new(
             gpu,
@@ -105,7 +105,7 @@ impl BackFacePass {
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,
@@ -149,7 +149,7 @@ fn draw_instances(draws: &mut Draws<'_>, scene: &Scene, resources: &SceneResourc
         let back = if mirrored { vk::CullModeFlags::FRONT } else { vk::CullModeFlags::BACK };
         let front = if mirrored { vk::CullModeFlags::BACK } else { vk::CullModeFlags::FRONT };
         let cull = match side {
-            // What is cut out is open: its back wall has the same holes.
+            // A cut-out mesh does not count as closed: its back faces have holes as well.
             Side::BackOfClosed if !primitive.closed || matches!(material.alpha, Alpha::Mask { .. }) => continue,
             Side::BackOfClosed => front,
             Side::Front if material.double_sided => vk::CullModeFlags::NONE,

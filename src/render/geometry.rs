@@ -1,26 +1,26 @@
-//! The G-buffer read back: what metrics ask of a view. Decodes what `shaders/common/surface.glsl` packs.
+//! The G-buffer, read back for the metrics (`Prepared::geometry`). Decodes what `shaders/common/surface.glsl` packs.
 
 use glam::Vec3;
 
 use super::framing::Framing;
 
-/// One eye's pixels, rows from the top. Where nothing was drawn depth is 0, and what stands beside it means nothing.
+/// One eye's pixels, row by row from the top. Where nothing was drawn depth is 0, and the pixel's other values have no meaning.
 #[derive(Debug, Clone, Default)]
 pub struct EyeGeometry {
-    /// A reflection ray starts here.
+    /// Whether the pixel traces a reflection ray.
     pub traced: Vec<bool>,
-    /// Raw: near plane / distance along the view.
+    /// Raw depth: near plane / distance along the view's axis.
     pub depth: Vec<f32>,
-    /// Index into the scene's instances, plus one; 0: nothing.
+    /// Index into the scene's instances, plus one; 0: nothing was drawn.
     pub instance: Vec<u32>,
     /// Shading normal, world space, unit length.
     pub normal: Vec<Vec3>,
-    /// The triangle's, on the viewer's side.
+    /// The triangle's normal on the viewer's side, world space, unit length.
     pub face_normal: Vec<Vec3>,
     /// Perceptual.
     pub roughness: Vec<f32>,
-    /// 1 / how far away the pixel reflects, 1/metres, the lobe's weighted mean; 0: the sky. The reference alone knows:
-    /// −1 where it does not, and everywhere for other methods.
+    /// 1 / distance from the pixel to what it reflects, 1/m, averaged with the lobe's weights; 0: the sky. Only the reference
+    /// has it: −1 where it is unknown, and everywhere for other methods.
     pub inverse_hit_distance: Vec<f32>,
 }
 
@@ -31,7 +31,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// From the images' bytes (depth, surface, instance id), and the reference's mean with distances in its alpha.
+    /// Decodes the bytes of the images of depth, surface and instance id, and of the reference's mean, which has inverse
+    /// distances in its alpha.
     pub(super) fn decode(
         [depth, surface, instance]: [&[u8]; 3],
         reflection: Option<&[u8]>,
@@ -59,7 +60,7 @@ impl Geometry {
         Geometry { eyes }
     }
 
-    /// What is shown of what was drawn.
+    /// Without the guard band.
     pub(super) fn cropped(self, framing: &Framing) -> Geometry {
         let eyes = self.eyes.map(|e| EyeGeometry {
             traced: framing.crop(&e.traced),

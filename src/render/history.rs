@@ -1,7 +1,8 @@
-//! What the frames before knew of each pixel's reflection, by eye, and where everything stood in the last one.
+//! The history of methods that accumulate frames: each pixel's accumulated reflection, and where the eyes and the instances were
+//! in the last frame. `prepared` begins and ends it with each frame; `accumulate` and `reproject` read it.
 //!
-//! Two sets of images take turns: one is read while the other is written. They hold 56 bytes a pixel each, for both eyes
-//! 224 bytes a pixel of one eye; a method without history has none of them.
+//! Two sets of images take turns: one is read while the other is written. Each set has 56 bytes for each pixel of each eye, which
+//! makes 224 bytes for each pixel of one eye's image. A method without history allocates none of them.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -16,11 +17,11 @@ use super::shared::FrameUniform;
 
 /// One of the two sets; see `shaders/accumulate.comp`.
 pub struct Remembered {
-    /// What the resolve asked of neighbours in that frame.
+    /// That frame's guide: what the resolve needed to know of neighbours.
     pub guide: Image,
-    /// The known share of the light, and how much is known.
+    /// C·L, the known share of the light, and C, how much is known.
     pub known: Image,
-    /// Weight of the taps, nearness of what is reflected, variance of the light, effective number of frames.
+    /// Weight of the taps; nearness of what is reflected, 1/m; variance of the light; effective number of frames.
     pub standing: Image,
     /// Variance of the light of a single frame; running mean of how far the frames lay above the history.
     pub trend: Image,
@@ -43,42 +44,44 @@ pub struct History {
     sets: [Remembered; 2],
     /// Index of the set that the next frame writes.
     turn: Cell<usize>,
-    /// The eyes of the last frame, on the device.
+    /// The uniforms of the last frame, on the device.
     last_frame: Buffer,
-    /// Of each instance, the rows that take its points from where they are to where they were in the last frame.
+    /// For each instance the three rows of the matrix that takes its points from where they are to where they were in the last
+    /// frame.
     motions: Buffer,
-    /// Something moved by itself since the last frame.
+    /// Some instance has moved since the last frame.
     is_changing: Cell<bool>,
-    /// The last frame that ended; `None`: none did, or it no longer counts.
+    /// The last frame that ended; `None` before the first frame and after [`History::forget`].
     last: RefCell<Option<Last>>,
 }
 
 struct Last {
     frame: FrameUniform,
     moment: Moment,
-    /// Where each instance stood.
+    /// The transform of each instance.
     places: Vec<DAffine3>,
 }
 
-/// From where and when a frame sees the scene.
+/// The camera of a frame and its time in the scene's motions.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment {
     pub camera: StereoCamera,
-    /// Of what moves by itself, seconds; 0 where nothing does.
+    /// Time in the scene's motions, seconds; 0 without any.
     pub time_s: f64,
 }
 
-/// How far an eye moves (metres) and turns (radians) from one frame to the next at the most, and how much time passes for
-/// what moves by itself (seconds): more is a jump. A head that turns by 500 degrees a second, faster than people turn it,
-/// turns by 8 degrees within a frame of a 60th of a second.
+/// The largest motion (metres) and rotation (radians) of an eye between two frames, and the most time (seconds) that may pass for
+/// moving objects. Anything more is a jump. A head that turns by 500 degrees a second, which is faster than people turn it, turns
+/// by 8 degrees within a frame of 1/60 s.
 const MOST_MOVED_M: f64 = 0.25;
 const MOST_TURNED_RAD: f64 = 0.35;
 const MOST_PASSED_S: f64 = 0.25;
-/// How much the distance between the eyes changes (metres).
+/// The largest change of the distance between the eyes between two frames (metres); likewise.
 const MOST_APART_M: f64 = 0.005;
 
 impl Moment {
-    /// What was known then does not hold now: a surface that is seen again reflects something else.
+    /// Whether there was a jump since `last`. The history then no longer holds: even a surface that is seen again reflects
+    /// something else.
     fn is_after_a_jump(&self, last: &Moment) -> bool {
         let eye_jumps = |eye: Eye| {
             let (now, was) = (self.camera.eye(eye), last.camera.eye(eye));
@@ -93,7 +96,7 @@ impl Moment {
 }
 
 impl History {
-    /// Of views of this size, of a scene of so many instances.
+    /// For views of this size (pixels) and a scene with this many instances.
     ///
     /// # Errors
     /// When device memory runs out.
@@ -108,22 +111,22 @@ impl History {
         })
     }
 
-    /// Whether there is a frame to look back to.
+    /// Whether there is a last frame.
     pub fn exists(&self) -> bool {
         self.last.borrow().is_some()
     }
 
-    /// Whether an instance stands elsewhere than in the last frame; known once the frame has begun.
+    /// Whether an instance has moved since the last frame; valid after [`History::begin`].
     pub fn is_changing(&self) -> bool {
         self.is_changing.get()
     }
 
-    /// What the frames so far knew.
+    /// The set that this frame reads.
     pub fn last(&self) -> &Remembered {
         &self.sets[1 - self.turn.get()]
     }
 
-    /// What this frame writes.
+    /// The set that this frame writes.
     pub fn new_set(&self) -> &Remembered {
         &self.sets[self.turn.get()]
     }
@@ -136,8 +139,8 @@ impl History {
         &self.motions
     }
 
-    /// Before a frame: forgets what was before a jump; else tells the device where eyes and instances were. `places` are the instances' now, `head` the origin
-    /// of render space.
+    /// Call before a frame. After a jump it forgets the history; otherwise it uploads where the eyes and instances were in the
+    /// last frame. `places`: the instances' transforms in this frame; `head`: the origin of render space.
     pub fn begin(&self, moment: &Moment, places: &[DAffine3], head: DVec3) {
         if self.last.borrow().as_ref().is_some_and(|last| moment.is_after_a_jump(&last.moment)) {
             self.forget();
@@ -152,19 +155,19 @@ impl History {
         }
     }
 
-    /// After a frame that ended: it is the last one now.
+    /// Call after a frame: it becomes the last one.
     pub fn end(&self, frame: FrameUniform, moment: Moment, places: Vec<DAffine3>) {
         *self.last.borrow_mut() = Some(Last { frame, moment, places });
         self.turn.set(1 - self.turn.get());
     }
 
-    /// The next frame begins anew.
+    /// Forgets the last frame, so that the next one starts without history.
     pub fn forget(&self) {
         *self.last.borrow_mut() = None;
     }
 }
 
-/// From where a point of an instance is to where it was, in render space.
+/// The rows of the matrix that takes a point of an instance from where it is to where it was, in render space.
 fn rows(now: &DAffine3, was: &DAffine3, head: DVec3) -> [[f32; 4]; 3] {
     let invertible = now.matrix3.determinant().abs() > 1e-300;
     let world = if invertible && now != was { *was * now.inverse() } else { DAffine3::IDENTITY };

@@ -1,19 +1,19 @@
-//! How the rays of the last sample ended, read back: to compare traversals, not for pictures.
+//! How the rays of the last sample ended, read back (`Prepared::ray_ends`) to compare traversals. No picture needs it.
 
 use std::rc::Rc;
 
 use crate::gpu::{Gpu, GpuError, Image, read_image};
 use crate::scene::Eye;
 
-/// Twin of the words in `shaders/common/hit.glsl`.
+/// How a ray ended; twin of the status in `shaders/common/hit.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// The pixel traced no ray, or its sample fell below the horizon.
     Nothing,
     Hit,
-    /// Reached infinity inside a view, never behind anything.
+    /// The ray reached infinity inside a view, and went behind nothing on its way.
     Sky,
-    /// Left the view, went behind something, met a back face, or ran out of steps.
+    /// The ray left the view, went behind something, met a back face, or ran out of steps.
     Unknown,
 }
 
@@ -21,13 +21,13 @@ pub enum End {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayEnd {
     pub end: End,
-    /// In whose image it was found.
+    /// The eye in whose image the ray ended.
     pub eye: Eye,
-    /// Of the hit in that image, 0–1 from the top left.
+    /// Place of the hit in that image, 0–1 from the top left.
     pub uv: [f32; 2],
-    /// Along the ray, metres, to a part in 4096.
+    /// Length of the ray, metres, with a relative precision of 1/4096.
     pub distance_m: f32,
-    /// 0–1: what the fade left of it.
+    /// 0–1: how much the hit counts after the fade.
     pub confidence: f32,
 }
 
@@ -35,7 +35,7 @@ pub struct RayEnd {
 pub(super) fn read(gpu: &Rc<Gpu>, hits: &Image, guide: &Image) -> Result<[Vec<RayEnd>; 2], GpuError> {
     let (bytes, guides) = (read_image(gpu, hits)?, read_image(gpu, guide)?);
     let word = |t: &[u8], i: usize| u32::from_le_bytes([t[i], t[i + 1], t[i + 2], t[i + 3]]);
-    // A pixel that traces nothing has no instance in its guide, and its hit was never written.
+    // A pixel that traces no ray has instance 0 in its guide, and its hit was never written.
     let texels = bytes.chunks_exact(16).zip(guides.chunks_exact(16));
     let ends: Vec<RayEnd> = texels
         .map(|(t, g)| match word(g, 8) {

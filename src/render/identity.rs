@@ -1,4 +1,5 @@
-//! What a picture follows from, as one hash: equal hashes promise equal pictures on one driver.
+//! A hash of everything that determines a picture. On one driver, equal hashes mean equal pictures. Stimuli (as their addresses)
+//! and kept references use it.
 
 use sha2::{Digest, Sha256};
 
@@ -27,13 +28,13 @@ pub fn identity(
                             "near_m": e.near_m })
     });
     let parts = method.parts();
-    // Ambient occlusion may ask the views.
+    // Not with ambient occlusion, which may run shaders of the views.
     let reference = parts.answer == HitSource::PathTraced && !parts.resolved && settings.ao.is_off();
     let mut identity = serde_json::json!({
         "scene": scene.content_sha256,
         "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },
         "method": method.to_string(),
-        // What the name stands for in this build.
+        // What the method's name means in this build.
         "parts": format!("{:?}", method.parts()),
         "samples": method.samples(),
         "eyes": eyes,
@@ -41,7 +42,7 @@ pub fn identity(
         "renderer": env!("CARGO_PKG_VERSION"),
         "device_kind": device_kind,
     });
-    // Rounding differs from the device's; and no digest of shaders tells of a change.
+    // The processor rounds differently from the device, and the digest of the shaders does not cover its code.
     if cpu::traces(method, settings.trace, device_kind) {
         identity["paths_by"] = format!("cpu {}", cpu::VERSION).into();
     }

@@ -1,4 +1,4 @@
-//! Baked light of each pixel's surface.
+//! Looks up the baked light of each pixel's surface, for the lighting pass.
 
 use std::rc::Rc;
 
@@ -18,7 +18,7 @@ pub struct IndirectPass {
 
 impl IndirectPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<IndirectPass, GpuError> {
         let words = rays.variant(&shaders::INDIRECT_COMP, &shaders::INDIRECT_RAY_QUERY_COMP).words();
         Ok(IndirectPass { pass: ComputePass::new(gpu, "indirect", &words, &[u32::from(needs.mask)])? })
@@ -27,7 +27,7 @@ impl IndirectPass {
     /// Writes `indirect` of [`Targets`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

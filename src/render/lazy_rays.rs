@@ -1,4 +1,5 @@
-//! The scene's geometry for rays, built when it is first asked for and kept for whoever asks next.
+//! The scene's geometry for rays, on the device or for the processor. It is built when it is first needed and kept for later
+//! uses. The renderer owns it; prepared views ask for it.
 
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
@@ -19,16 +20,16 @@ pub struct LazyRays {
     gpu: Rc<Gpu>,
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
-    /// Where the instances stand.
+    /// The instances' transforms.
     places: RefCell<Vec<DAffine3>>,
     built: RefCell<Option<Rc<RayScene>>>,
-    /// The same for the processor, and what of it stays when something moves.
+    /// The geometry for the processor, and the part of it that does not change when instances move.
     world: RefCell<Option<Rc<World>>>,
     content: OnceCell<Arc<Content>>,
 }
 
 impl LazyRays {
-    /// Nothing is built yet.
+    /// Builds nothing yet.
     pub fn new(gpu: &Rc<Gpu>, scene: &Arc<Scene>, resources: &Rc<SceneResources>) -> LazyRays {
         let (gpu, scene, resources) = (Rc::clone(gpu), Arc::clone(scene), Rc::clone(resources));
         let places = RefCell::new(scene.places());
@@ -36,7 +37,7 @@ impl LazyRays {
         LazyRays { gpu, scene, resources, places, built, world, content }
     }
 
-    /// The instances stand elsewhere: what was built no longer fits.
+    /// Sets the instances' transforms. If they differ, what was built is dropped.
     pub fn place(&self, places: &[DAffine3]) {
         if *self.places.borrow() != places {
             *self.places.borrow_mut() = places.to_vec();
@@ -45,7 +46,7 @@ impl LazyRays {
         }
     }
 
-    /// The geometry relative to `head` in the processor's memory: what was built last, if it fits, else built now.
+    /// The geometry relative to `head` for the processor. What was built last is used again if it fits.
     pub fn world(&self, head: DVec3) -> Rc<World> {
         if let Some(world) = self.world.borrow().as_ref().filter(|w| w.head == head) {
             return Rc::clone(world);
@@ -56,10 +57,10 @@ impl LazyRays {
         world
     }
 
-    /// The geometry relative to `head`: what was built last, if it fits, else built now.
+    /// The geometry relative to `head` on the device. What was built last is used again if it fits.
     ///
     /// # Errors
-    /// When device memory runs out, or ray queries are asked for where there are none.
+    /// When device memory runs out, or `trace` asks for ray queries and the device has none.
     pub fn obtain(&self, head: DVec3, trace: Trace) -> Result<Rc<RayScene>, GpuError> {
         if let Some(built) = self.built.borrow().as_ref().filter(|r| r.head == head && r.answers(&self.gpu, trace)) {
             return Ok(Rc::clone(built));

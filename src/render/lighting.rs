@@ -18,17 +18,18 @@ pub struct LightingPass {
 
 impl LightingPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
         let parts = [needs.emission, needs.direct(), needs.indirect, needs.ao != Ao::None].map(u32::from);
         Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &parts)? })
     }
 
-    /// `visibility`: of the surroundings, pixel by pixel, where ambient light is occluded; a finer view takes its view's.
+    /// `visibility`: how much of its surroundings each pixel sees, if ambient light is occluded. A finer view (antialiasing) uses
+    /// its view's.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

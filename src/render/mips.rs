@@ -1,4 +1,4 @@
-//! Mip chains by averaging in linear light.
+//! Makes mip chains by averaging in linear light, for uploaded textures and for the textures that rays hit.
 
 /// All levels down to 1×1, each four bytes a texel; the RGB of `srgb` textures is averaged linearly.
 pub fn mip_chain(rgba8: &[u8], width: u32, height: u32, srgb: bool) -> Vec<Vec<u8>> {
@@ -10,7 +10,7 @@ pub fn mip_chain(rgba8: &[u8], width: u32, height: u32, srgb: bool) -> Vec<Vec<u
         let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
         let mut next = Vec::with_capacity(nw * nh * 4);
         for y in 0..nh {
-            // Odd sizes: the last row and column of the finer level are dropped, as the usual chain does.
+            // Where a size is odd, the last row or column of the finer level is dropped, as is usual for mip chains.
             let rows = [(2 * y).min(h - 1), (2 * y + 1).min(h - 1)];
             for x in 0..nw {
                 let columns = [(2 * x).min(w - 1), (2 * x + 1).min(w - 1)];

@@ -1,6 +1,9 @@
-//! The renderer: one technique, one file, and the shader of the same name.
+//! The renderer. Each technique has one file here and shaders of the same name.
 //!
-//! A frame asks the scene, the view and the method what they need ([`needs`]) and leaves the rest out.
+//! A scene, a camera, a method and settings go in ([`Request`], [`Settings`]). `Renderer::prepare` makes a [`Prepared`] of them,
+//! whose frames record the passes (`prepared::record`); stereo pictures with times and counters come out
+//! ([`Rendered`], [`FrameReport`]). The commands, `compare`, `paper` and `stress` call it. Only the passes that scene, method and
+//! settings need run ([`needs`]).
 
 mod accumulate;
 pub mod ao;

@@ -1,6 +1,7 @@
-//! What a frame needs, decided from the scene and the method; the rest is left out: no pass, no memory, no branch.
+//! Decides from scene, method and settings which parts of a frame run. What is left out costs no pass, no memory and no branch.
 //!
-//! Each predicate is conservative: it proves the image unchanged.
+//! `Renderer::prepare` asks [`Needs::of`]; `Targets` and the passes are made for the result. Each decision is conservative: a
+//! part is left out only where that provably does not change the picture.
 
 use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
@@ -8,10 +9,10 @@ use super::method::Ao;
 use super::method::{Blend, HitSource, Method, Reuse, Traversal};
 use super::settings::{Settings, ShadingReuse, Shadows};
 
-/// Rays to the rim of a light's disc: where all are alike, the pixel lies in no penumbra.
+/// Rays to the rim of a light's disc. Where all of them have the same result, the pixel counts as outside the penumbra.
 pub const RIM_RAYS: u32 = 6;
 
-/// A pass (or a part of one) and why it runs or not.
+/// A pass or a part of one, whether it runs, and why.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct PassDecision {
     pub name: &'static str,
@@ -27,53 +28,53 @@ pub struct Needs {
     pub emission: bool,
     /// Some material is cut out.
     pub mask: bool,
-    /// Lights cast shadows.
+    /// Some light casts shadows.
     pub shadows: bool,
-    /// Those on the views are found in maps; at what rays hit they are found by rays all the same.
+    /// The shadows in the views are looked up in shadow maps. Those at the hits of rays are traced all the same.
     pub shadow_maps: bool,
-    /// The eyes share what lights put on them.
+    /// The eyes share the shading by punctual lights.
     pub shading_reuse: bool,
-    /// Baked light stands in for the environment's diffuse light.
+    /// Baked light replaces the environment's diffuse light.
     pub indirect: bool,
-    /// The picture is put together here; a finer twin of the view leaves that to the view.
+    /// The images of the composite are needed. The finer twin of a view (antialiasing) has none: the view composites.
     pub composite: bool,
-    /// Light passes through some material.
+    /// Some material transmits light.
     pub glass: bool,
     /// Back faces bound the matter of closed meshes.
     pub back_faces: bool,
     /// Some surface may trace a ray.
     pub rays: bool,
-    /// Depth pyramid and screen-space march.
+    /// Rays are marched through the views.
     pub screen_space: bool,
     /// Hits are filtered.
     pub resolve: bool,
     /// A probe stands in for unknown rays.
     pub probe: bool,
-    /// Rays through the scene's geometry.
+    /// All reflection rays go through the scene's geometry.
     pub path_trace: bool,
-    /// The processor traces them, and the device has no part in it.
+    /// The processor traces the reference's paths, and not the device.
     pub cpu_paths: bool,
-    /// The shadows of the views are traced by the processor.
+    /// The processor traces the shadows in the views.
     pub cpu_shadows: bool,
     /// Rays that the views lose ask the scene's geometry.
     pub geometry: bool,
-    /// The filter keeps the variance of what it finds.
+    /// The filter computes the variance of its result.
     pub moments: bool,
-    /// What an eye's filter knows is kept apart from what it makes of it: for the other eye or the frames to come.
+    /// The filter's output (known light, weight, nearness) is kept for blending with the other eye or with later frames.
     pub pairs: bool,
-    /// What the frames before knew is used.
+    /// Frames are accumulated.
     pub accumulate: bool,
-    /// Something moves by itself, and the last frame is asked where it was.
+    /// The scene has motions, and the history needs to know where instances were in the last frame.
     pub motion: bool,
-    /// The eyes are blended by it.
+    /// The eyes are blended by the variances.
     pub blend_by_variance: bool,
-    /// How the visibility of the surroundings is found.
+    /// The method of ambient occlusion.
     pub ao: Ao,
     decisions: Vec<PassDecision>,
 }
 
 impl Needs {
-    /// What `method` needs of `scene`.
+    /// What `method` needs for pictures of `scene` with these settings.
     pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> Needs {
         let all = settings.all_passes;
         let used = || scene.instances.iter().map(|i| scene.material_of(i));
@@ -141,7 +142,7 @@ impl Needs {
             } else if runs {
                 decisions.add(name, rays, "rays go through the scene's geometry", "no surface traces a ray");
             } else {
-                decisions.never(name, "the method's rays take the other way to the picture");
+                decisions.never(name, "another pass traces the method's rays");
             }
         }
         let accumulation = method.accumulation.filter(|_| resolve);
@@ -150,7 +151,7 @@ impl Needs {
             Some(_) => {
                 decisions.needed("motion", motion, "something moves by itself", "nothing in the scene moves by itself")
             }
-            None => decisions.never("motion", "the method looks back to no frame"),
+            None => decisions.never("motion", "the method uses no earlier frame"),
         };
         if method.traversal == Traversal::TwoStages {
             decisions.add("trace_other_eye", rays, "rays may go on in the other eye's view", "no surface traces a ray");
@@ -162,7 +163,7 @@ impl Needs {
             let why = format!("{:.0} % of the rays that the views lose ask the geometry", 100.0 * lost_share);
             decisions.add("trace_geometry", rays, &why, "no surface traces a ray");
         } else {
-            decisions.never("trace_geometry", "what the views lose is not looked for in the geometry");
+            decisions.never("trace_geometry", "rays that the views lose do not ask the geometry");
         }
         let by_variance = method.reprojection.is_some_and(|r| r.blend == Blend::Variance) && reuse == Reuse::Balance;
         let moments = by_variance || weber.is_some() || accumulation.is_some();
@@ -170,7 +171,7 @@ impl Needs {
             let why = "eyes or frames are compared by the variance of what each knows";
             decisions.add("moments", rays, why, "no surface traces a ray");
         } else {
-            decisions.never("moments", "nothing asks for the variance of what an eye knows");
+            decisions.never("moments", "nothing needs the variance of what an eye knows");
         }
         if let Some(weber) = weber {
             let why = format!("only where the eyes may differ by more than {} %", 100.0 * weber);
@@ -226,7 +227,7 @@ impl Needs {
         }
     }
 
-    /// The same with the reference's paths traced by the processor, if any are.
+    /// The same with the reference's paths, if there are any, traced by the processor.
     pub fn with_paths_on_the_cpu(mut self) -> Needs {
         self.cpu_paths = self.path_trace && !self.resolve;
         if self.cpu_paths
@@ -237,14 +238,15 @@ impl Needs {
         self
     }
 
-    /// The same with the shadows of the views traced by the processor, if rays find any. The eyes then share no shading
-    /// unless it is insisted on: the device takes longer to look into the left eye than the processor to find the shadows.
+    /// The same with the shadows in the views traced by the processor, if they are found by rays. The eyes then share no shading
+    /// unless `reuse` insists on it, because the device takes longer to look up the left eye's light than the processor takes to
+    /// trace the shadows.
     pub fn with_shadows_on_the_cpu(mut self, reuse: ShadingReuse) -> Needs {
         if self.shadow_rays() && self.shading_reuse && reuse == ShadingReuse::Auto {
             self.shading_reuse = false;
             if let Some(part) = self.decisions.iter_mut().find(|p| p.name == "shading_reuse") {
                 part.runs = false;
-                part.why = "the processor finds the shadows sooner than the device looks into the left eye".to_owned();
+                part.why = "the processor traces the shadows sooner than the left eye's are looked up".to_owned();
             }
         }
         self.cpu_shadows = self.shadow_rays() && !self.shading_reuse;
@@ -256,7 +258,7 @@ impl Needs {
         self
     }
 
-    /// Of surfaces and their light alone.
+    /// The needs of surfaces and their light alone, without reflections: those of a view's finer twin.
     pub fn of_surfaces(&self) -> Needs {
         Needs {
             composite: false,
@@ -274,22 +276,22 @@ impl Needs {
         }
     }
 
-    /// Shadows on the views ask the geometry.
+    /// Whether the shadows in the views are traced by rays.
     pub fn shadow_rays(&self) -> bool {
         self.shadows && !self.shadow_maps
     }
 
-    /// And the device traces them.
+    /// Whether the device traces them.
     pub fn device_shadow_rays(&self) -> bool {
         self.shadow_rays() && !self.cpu_shadows
     }
 
-    /// What lights put on each pixel has an image of its own.
+    /// Whether the light of the punctual lights is computed before the lighting pass, into an image of its own.
     pub fn direct(&self) -> bool {
         self.shadows || self.shading_reuse
     }
 
-    /// What the shaders that ask the geometry and shade what they hit are specialised for, by constant.
+    /// Specialisation constants 0–3 of the shaders that trace rays through the geometry and shade their hits.
     pub fn of_hits(&self) -> [u32; 4] {
         [self.mask, self.shadows, self.glass, self.indirect].map(u32::from)
     }
@@ -299,13 +301,13 @@ impl Needs {
         &self.decisions
     }
 
-    /// What was left out and why.
+    /// The parts that were left out, with the reasons.
     pub fn left_out(&self) -> Vec<PassDecision> {
         self.decisions.iter().filter(|p| !p.runs).cloned().collect()
     }
 }
 
-/// Whether lights cast shadows, and whether those on the views are found in maps.
+/// Decides whether lights cast shadows, and whether those in the views are looked up in maps.
 fn shadows(decisions: &mut Decisions, settings: &Settings, casts: bool) -> (bool, bool) {
     const WAYS: [(&str, Shadows, &str); 2] =
         [("shadows", Shadows::Rays, "by rays"), ("shadow_maps", Shadows::Maps, "in maps drawn from the lights")];
@@ -313,7 +315,7 @@ fn shadows(decisions: &mut Decisions, settings: &Settings, casts: bool) -> (bool
         if !settings.shadows {
             decisions.never(name, "shadows are switched off");
         } else if settings.shadows_by != way {
-            decisions.never(name, &format!("shadows are not looked for {how}"));
+            decisions.never(name, &format!("shadows are not to be found {how}"));
         } else {
             let yes = format!("lights cast shadows, which are found {how}");
             decisions.needed(name, casts, &yes, "no light in the scene casts a shadow");
@@ -323,12 +325,12 @@ fn shadows(decisions: &mut Decisions, settings: &Settings, casts: bool) -> (bool
     (shadows, shadows && settings.shadows_by == Shadows::Maps)
 }
 
-/// Rays of a pixel to lights from which on the eyes share shading.
+/// The least number of a pixel's rays to lights with which shading reuse saves time.
 const RAYS_THAT_PAY: usize = 4;
-/// Likewise lights, where none casts a shadow.
+/// The least number of lights with which it saves time where no light casts a shadow.
 const LIGHTS_THAT_PAY: usize = 16;
 
-/// Not forced either: shared shading is another picture, within a bound.
+/// Decides about shading reuse. `all_passes` does not force it on, because it changes the picture, if only within a bound.
 fn shading_reuse(
     decisions: &mut Decisions,
     scene: &Scene,
@@ -344,7 +346,7 @@ fn shading_reuse(
     match settings.shading_reuse {
         ShadingReuse::Off => decisions.never(name, "each eye is lit in full"),
         _ if !screen => decisions.never(name, "rays through the geometry take nothing from the other eye"),
-        _ if maps => decisions.never(name, "a shadow map is looked up as quickly as the left eye"),
+        _ if maps => decisions.never(name, "looking up a shadow map is as quick as looking into the left eye"),
         _ if lights == 0 || scene.instances.is_empty() => decisions.never(name, "there is no light or no surface"),
         ShadingReuse::Always => decisions.needed(name, true, "it was asked for, whether it pays or not", ""),
         ShadingReuse::Auto if rays > 0 => {
@@ -364,38 +366,38 @@ fn shading_reuse(
     }
 }
 
-/// Of a pixel that lies in no penumbra.
+/// The number of rays to a light from a pixel outside its penumbra.
 fn rays_to(light: &Light) -> usize {
     if light.size > 0.0 { RIM_RAYS as usize } else { 1 }
 }
 
-/// Not forced either: what is not occluded is another picture than what is.
+/// Decides about the passes of ambient occlusion. `all_passes` does not force them on, because they change the picture.
 fn ambient_occlusion(decisions: &mut Decisions, ao: Ao) {
     let mut part = |name, needed, yes: &str| {
         let no = match ao {
             Ao::None => "ambient light is not occluded".to_owned(),
-            other => format!("`{}` does without", other.name()),
+            other => format!("`{}` does not use it", other.name()),
         };
         decisions.needed(name, needed, yes, &no);
     };
     part("ao_rays", ao == Ao::RayTraced, "rays find what hides the surroundings");
-    part("ao_pairs", ao.is_stereo(), "both eyes have a say in what hides the surroundings");
+    part("ao_pairs", ao.is_stereo(), "both eyes' visibility of the surroundings is combined");
     let views = if ao.samples_both_views() { "both views" } else { "each view" };
     part("ao_obscurance", ao.is_estimated(), &format!("{views} show what hides the surroundings"));
-    part("ao_reproject", ao.samples_both_views(), "what one eye's pixel found is its pair's, too");
+    part("ao_reproject", ao.samples_both_views(), "a pixel's visibility is copied to its pair in the other eye");
     part("ao_filter", ao.is_estimated(), "neighbours share what they found");
-    part("ao_adaptive", ao.is_adaptive(), "only pixels that differ visibly between the eyes go on");
+    part("ao_adaptive", ao.is_adaptive(), "only pixels that differ visibly between the eyes are blended");
     part("ao_blend", ao.is_stereo(), "the eyes' filters are blended by their weights");
 }
 
-/// Collects what is decided.
+/// Collects the decisions.
 struct Decisions {
     all: bool,
     list: Vec<PassDecision>,
 }
 
 impl Decisions {
-    /// Runs when it is needed, or when every pass is forced on.
+    /// A part that runs if it is needed, or if every pass is forced on (`Settings::all_passes`).
     fn add(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
         let why = match (needed, self.all) {
             (true, _) => yes.to_owned(),
@@ -407,7 +409,7 @@ impl Decisions {
         runs
     }
 
-    /// Runs when it is needed; forcing it on would bring nothing that is looked at.
+    /// A part that runs only if it is needed. It is not forced on, because nothing would read its result.
     fn needed(&mut self, name: &'static str, needed: bool, yes: &str, no: &str) -> bool {
         self.list.push(PassDecision { name, runs: needed, why: if needed { yes } else { no }.to_owned() });
         needed
@@ -417,14 +419,15 @@ impl Decisions {
         self.list.push(PassDecision { name, runs: true, why: "every frame".to_owned() });
     }
 
-    /// Not forced either: the method is defined without it.
+    /// A part that does not run. It is not forced on, because the method is defined without it.
     fn never(&mut self, name: &'static str, why: &str) -> bool {
         self.list.push(PassDecision { name, runs: false, why: why.to_owned() });
         false
     }
 }
 
-/// The texture's values lie in [0, 1], so the factor is the most that roughness can be and 0 the least.
+/// Whether some point of the material may be smooth enough for a ray. A texture's values lie in [0, 1], so that roughness lies
+/// between 0 and the material's factor.
 fn may_reflect(material: &Material, limit: f32) -> bool {
     material.roughness <= limit || material.metallic_roughness_texture.is_some()
 }

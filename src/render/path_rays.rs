@@ -1,4 +1,5 @@
-//! Pass 6 of the reference's real-time relative: its rays, for the screen-space methods' filter.
+//! Pass 6 of the methods that filter path-traced rays, the reference's real-time relatives: one reflection ray for each listed
+//! pixel through the scene's geometry, whose hit goes to the screen-space methods' filter (`resolve`).
 
 use std::rc::Rc;
 
@@ -18,7 +19,7 @@ pub struct PathRaysPass {
 
 impl PathRaysPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathRaysPass, GpuError> {
         let words = rays.variant(&shaders::PATH_RAYS_COMP, &shaders::PATH_RAYS_RAY_QUERY_COMP).words();
         Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &needs.of_hits())? })
@@ -27,7 +28,7 @@ impl PathRaysPass {
     /// Traces sample `sample` of every listed pixel.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,4 @@
-//! The reference: reflection rays through the scene's BVH, progressive, with a standard error.
+//! The reference: reflection rays through the scene's geometry. Each dispatch adds samples to the mean and its standard error.
 
 use std::rc::Rc;
 
@@ -27,7 +27,7 @@ struct Constants {
 
 impl PathTracePass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathTracePass, GpuError> {
         let words = rays.variant(&shaders::PATH_TRACE_COMP, &shaders::PATH_TRACE_RAY_QUERY_COMP).words();
         Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &needs.of_hits())? })
@@ -36,7 +36,7 @@ impl PathTracePass {
     /// Adds samples `first .. first + count`.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,5 @@
-//! The fallback `probe`: radiance about the scene's first view, prefiltered once a scene.
+//! The fallback `probe`: the radiance that arrives at the scene's first view from all around. The renderer traces and prefilters
+//! it once for a scene.
 
 use std::rc::Rc;
 
@@ -13,16 +14,16 @@ use super::needs::Needs;
 use super::shaders;
 use super::upload::{EnvironmentMaps, SceneResources};
 
-/// Texels of the probe; its height is half of it.
+/// Width of the probe, texels; its height is half of it.
 const WIDTH: u32 = 128;
-/// Rays a texel.
+/// Rays for each texel.
 const SAMPLES: u32 = 16;
 
-/// Traces and prefilters the probe. It stands where the first view's head is, whatever view is rendered, so that every
-/// picture of a scene falls back to the same light.
+/// Traces and prefilters the probe. Whichever view is rendered, the probe is at the head of the scene's first view, so that all
+/// pictures of a scene fall back to the same light.
 ///
 /// # Errors
-/// What the device said.
+/// When a Vulkan call fails.
 pub fn probe(
     gpu: &Rc<Gpu>,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! The scene's triangles as the device's own ray structure, for `VK_KHR_ray_query`.
+//! The scene's triangles as an acceleration structure of the device, for `VK_KHR_ray_query`. `RayScene::new` builds it.
 
 use std::rc::Rc;
 
@@ -6,24 +6,24 @@ use crate::gpu::{AccelerationStructure, Buffer, Gpu, GpuError, Placed, Triangles
 
 use super::shared::{DOUBLE_SIDED, MASKED, TriangleData};
 
-/// An instance's custom index counts so many triangles, so that its 24 bits reach beyond what a texture of triangles
-/// holds (twin: INSTANCE_STEP in ray_query.glsl).
+/// An instance's custom index is the index of its first triangle divided by this, so that 24 bits suffice for more triangles than
+/// the texture of triangles holds (twin: INSTANCE_STEP in ray_query.glsl).
 const STEP: usize = 16;
 
-/// Single-sided, single-sided and cut out, double-sided, double-sided and cut out: culling is an instance's, opacity a
-/// geometry's.
+/// Single-sided, single-sided and cut out, double-sided, double-sided and cut out. Each kind has a bottom-level structure,
+/// because Vulkan sets culling for an instance and opacity for a geometry.
 const KINDS: [u32; 4] = [0, MASKED, DOUBLE_SIDED, DOUBLE_SIDED | MASKED];
 
-/// The structure that shaders ask; what it stands on lives as long.
+/// The top-level structure that shaders trace through, with the bottom-level ones to which it refers.
 pub struct RayStructure {
     pub top: AccelerationStructure,
     _below: Vec<AccelerationStructure>,
 }
 
-/// Builds it, and gives the triangles in the order that it names them by.
+/// Builds the structure, and returns the triangles in the order by which it numbers them.
 ///
 /// # Errors
-/// What the device said; it must have ray queries.
+/// [`GpuError::Lacks`] on a device without ray queries, or when a Vulkan call fails.
 pub fn build(gpu: &Rc<Gpu>, triangles: &[TriangleData]) -> Result<(RayStructure, Vec<TriangleData>), GpuError> {
     let mut sorted: Vec<TriangleData> = Vec::with_capacity(triangles.len() + KINDS.len() * STEP);
     let mut runs = Vec::new();

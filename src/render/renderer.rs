@@ -1,4 +1,7 @@
-//! A scene on a device, and stereo stills of it: timed, counted, read back.
+//! A scene on a device, and stereo stills of it, with times and counters.
+//!
+//! `render`, `prepare` and `stress` call [`Renderer::render`]; `compare` and the live views call [`Renderer::prepare`] and render
+//! the frames themselves.
 
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -30,7 +33,7 @@ use super::shadow_maps::ShadowMaps;
 use super::shared::Counts;
 use super::upload::{EnvironmentMaps, SceneResources};
 
-/// A stereo still with what is known of its making.
+/// A stereo still, and how it was made.
 pub struct Rendered {
     /// Linear radiance.
     pub linear: StereoPicture,
@@ -46,15 +49,15 @@ pub struct Rendered {
     pub passes: Vec<PassTime>,
     /// Wall time of each frame, ms.
     pub frame_ms: Vec<f64>,
-    /// Of one frame.
+    /// Of the last frame.
     pub counters: Counts,
     pub parts: Vec<PassDecision>,
     pub left_out: Vec<PassDecision>,
-    /// Rays or paths a pixel.
+    /// Rays or paths for each pixel.
     pub samples: u32,
-    /// What was rendered: the method that was asked for, or the one that it stands for on this device.
+    /// The method that was rendered: the requested one, or the one that it stands for on this device.
     pub method: String,
-    /// How rays through the geometry found what they hit: `bvh`, `ray-query` or, of the reference's paths, `cpu`.
+    /// What traced rays through the geometry: `bvh`, `ray-query` or, for the reference's paths, `cpu`. `None` without such rays.
     pub tracer: Option<&'static str>,
 }
 
@@ -63,7 +66,8 @@ pub struct Request<'a> {
     pub camera: &'a StereoCamera,
     pub method: &'a Method,
     pub settings: &'a Settings,
-    /// Frames to time; the first of several only warms up. A method that accumulates frames takes [`SETTLING`] at the least.
+    /// Number of frames to time. If it is more than one, a further frame is rendered first to warm up. A method that accumulates
+    /// frames renders at least [`SETTLING`] of them.
     pub frames: u32,
 }
 
@@ -73,17 +77,17 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Rc<LazyRays>,
-    /// With the light that it was traced in, as [`Needs::of_hits`] has it.
+    /// With the shaders' specialisation with which it was traced ([`Needs::of_hits`]).
     probe: Option<([u32; 4], Rc<EnvironmentMaps>)>,
     /// Likewise.
     baked: Option<([u32; 4], Rc<BakedLight>)>,
-    /// Where baked light is kept for the next process.
+    /// The folder in which baked light is kept for later runs of the program.
     light_folder: Option<PathBuf>,
-    /// Drawn for the first view that looks for its shadows there.
+    /// Made for the first view whose shadows are looked up in maps.
     shadow_maps: Option<Rc<ShadowMaps>>,
-    /// Stands in for baked light.
+    /// A placeholder for baked light.
     nothing: Rc<BakedLight>,
-    /// By the mirrors' roughness that it was made for.
+    /// With the value of `delta_roughness` for which it was made.
     brdf_table: Option<(f32, Rc<Image>)>,
 }
 
@@ -109,19 +113,19 @@ impl Renderer {
         })
     }
 
-    /// Another scene on the same device; what no scene changes is kept.
+    /// Another scene on the same device. What does not depend on the scene is kept.
     ///
     /// # Errors
     /// As [`Renderer::new`].
     pub fn with_scene(self, scene: Arc<Scene>) -> Result<Renderer, GpuError> {
         let Renderer { gpu, brdf_table, light_folder, scene: old, resources, rays, probe, baked, shadow_maps, .. } =
             self;
-        // The old scene's memory goes first.
+        // The old scene's memory is freed before the new scene is uploaded.
         drop((old, resources, rays, probe, baked, shadow_maps));
         Ok(Renderer { brdf_table, light_folder, ..Renderer::new(&gpu, scene)? })
     }
 
-    /// Keeps baked light in a folder, and takes it from there.
+    /// Stores baked light in a folder, and reads it from there if it is already stored.
     pub fn keep_light_in(self, folder: PathBuf) -> Renderer {
         Renderer { light_folder: Some(folder), ..self }
     }
@@ -151,7 +155,7 @@ impl Renderer {
         &self.gpu
     }
 
-    /// The scene it was made for.
+    /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -239,10 +243,10 @@ impl Renderer {
         }
     }
 
-    /// Renders a still; `progress` hears how many of the reference's samples are done.
+    /// Renders a still. `progress` is told how many of the reference's samples are done, and of how many.
     ///
     /// # Errors
-    /// [`RenderError`]; nothing is half made.
+    /// [`RenderError`]; there is no partial result.
     pub fn render(
         &mut self,
         request: &Request<'_>,
@@ -282,17 +286,17 @@ impl Renderer {
             method: prepared.method().to_string(),
             tracer: prepared.tracer(),
         };
-        // After the last submission, so that a message about the reading counts too.
+        // Checked after the last submission, so that messages about reading back count too.
         self.gpu.check_validation()?;
         Ok(rendered)
     }
 }
 
-/// Frames that a still by a method with accumulation takes at the least: it shows the view as it is after standing still
-/// for them.
+/// The least number of frames for a still by a method that accumulates frames. The still shows the view after the head has stood
+/// still for them.
 pub const SETTLING: u32 = 16;
 
-/// One number a pixel as a picture.
+/// A grey picture with one number for each pixel.
 fn grey(eyes: [Vec<f32>; 2], settings: &Settings) -> StereoPicture {
     let eyes = eyes.map(|eye| eye.into_iter().map(|v| [v; 3]).collect());
     StereoPicture { width: settings.width, height: settings.height, eyes }
@@ -311,7 +315,7 @@ fn medians(frames: &[Vec<PassTime>]) -> Vec<PassTime> {
         .collect()
 }
 
-/// The middle, or the mean of the two middle ones; 0 of none.
+/// The median: the middle number, or the mean of the two middle ones; 0 for an empty slice.
 pub fn median_of_sorted(sorted: &[f64]) -> f64 {
     match sorted.len() {
         0 => 0.0,

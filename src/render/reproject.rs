@@ -1,4 +1,4 @@
-//! Pass 9: what the other eye knows of the same reflection.
+//! Pass 9: blends each pixel's reflection with the other eye's view of the same reflection.
 
 use std::rc::Rc;
 
@@ -14,14 +14,14 @@ use super::upload::{EnvironmentMaps, SceneResources};
 
 /// See `shaders/reproject.comp`.
 pub struct ReprojectPass {
-    /// Finds the pixels that are left, where only those are looked at whose eyes may differ visibly.
+    /// Lists the pixels in which the eyes may differ visibly, for methods that reproject only those.
     select: Option<ComputePass>,
     pass: ComputePass,
 }
 
 impl ReprojectPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,
@@ -34,11 +34,11 @@ impl ReprojectPass {
         Ok(ReprojectPass { select, pass: ComputePass::new(gpu, "reproject", &words, &specialization)? })
     }
 
-    /// `fallback` is what unknown rays see, where the settings want more than black; with a history its frames stand for
-    /// this one.
+    /// `fallback` stands in for unknown rays, unless the settings say black. With a history the accumulated reflection is blended
+    /// in place of this frame's.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,4 @@
-//! Pass 8: hits to radiance, with spatial reuse.
+//! Pass 8: turns the hits of rays into reflected radiance, with spatial reuse.
 
 use std::rc::Rc;
 
@@ -25,13 +25,14 @@ pub struct ResolvePass {
 struct Constants {
     first: u32,
     last: u32,
-    /// Contrast between the eyes, relative to the composite, below which a pixel is finished without the other eye.
+    /// The largest difference between the eyes, relative to the pixel's composited light, at which a pixel is finished without
+    /// the other eye.
     weber: f32,
 }
 
 impl ResolvePass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,
@@ -56,11 +57,11 @@ impl ResolvePass {
         Ok(ResolvePass { pass, weber: weber.unwrap_or(0.0) })
     }
 
-    /// Adds the hits of sample `sample` of `samples`; the last one writes the reflection, or what the pairs ask of it.
-    /// `fallback` is what unknown rays see, where the settings want more than black.
+    /// Adds the hits of sample `sample` of `samples`. The last sample writes the reflection, or what blending with the other eye
+    /// or with earlier frames needs. `fallback` stands in for unknown rays, unless the settings say black.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

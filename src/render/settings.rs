@@ -1,18 +1,19 @@
-//! How to render, apart from the scene, the view and the method.
+//! The settings of a picture: everything that changes it besides the scene, the camera and the method. The commands and `compare`
+//! set them; they are written to `render.json` and are part of a picture's address.
 
 use crate::scene::{Fallback, Scene};
 
 use super::ao::settings::AoSettings;
 use super::method::{Method, Reuse, Temporal};
 
-/// The random streams of the eyes.
+/// How the random streams of the eyes are related.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Streams {
-    /// One each.
+    /// Each eye has a stream of its own.
     #[default]
     Independent,
-    /// The same for both.
+    /// Both eyes have the same stream.
     Shared,
 }
 
@@ -20,38 +21,38 @@ pub enum Streams {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Firefly {
-    /// Nothing: unbiased.
+    /// Nothing, which is unbiased.
     None,
-    /// Weights each tap by 1/(1 + luminance): calmer, and too dark wherever bright samples matter.
+    /// Weights each tap by 1/(1 + luminance), which reduces noise but is too dark wherever bright samples matter.
     ToneMapped,
-    /// Bounds each tap to a fifth of the pixel's light plus a fiftieth of display white: dark only where fewer than five
-    /// of 25 taps agree on a bright light.
+    /// Bounds each tap to a fifth of the pixel's light plus a fiftieth of display white, which is too dark only where fewer than
+    /// five of 25 taps agree on a bright light.
     BoundedShare,
 }
 
-/// How rays through the scene's geometry find what they hit. All ways answer alike, but for rounding.
+/// What traces rays through the scene's geometry. All choices give the same hits, except for rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trace {
-    /// Ray queries where a graphics card has them, else the BVH; the reference's paths on a software device: `cpu`.
+    /// Ray queries on a graphics card that has them, otherwise the BVH; on a software device the same as `cpu`.
     #[default]
     Auto,
-    /// A BVH in textures, walked by the shader: every device.
+    /// The shader traverses a BVH in textures, which works on every device.
     Bvh,
     /// `VK_KHR_ray_query`.
     RayQuery,
-    /// The processor traces the reference's paths, on all cores; other rays go as with `auto`.
+    /// The processor traces the reference's paths and the shadows in the views, on all cores; other rays as with `auto`.
     Cpu,
 }
 
-/// How the shadows of lights on the views are found.
+/// How the shadows in the views are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shadows {
-    /// By rays through the scene's geometry, once a view.
+    /// By rays through the scene's geometry, once for each view.
     #[default]
     Rays,
-    /// In depth maps drawn from the lights, once a scene: coarser, and quick where rays are slow.
+    /// In shadow maps drawn once for each scene, which are coarser, but quick where rays are slow.
     Maps,
 }
 
@@ -61,21 +62,21 @@ impl Shadows {
     }
 }
 
-/// Whether the right eye's pixels take from the left eye's what lights put on them, where both show one place.
+/// Whether the right eye's pixels take the light of punctual lights from the left eye's pixels that show the same place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShadingReuse {
     /// Each eye is lit in full.
     #[default]
     Off,
-    /// Where the scene's lights cost more than the test.
+    /// Shading is shared where the scene's lights cost more than sharing.
     Auto,
-    /// Wherever there is a light, for comparisons.
+    /// Shading is shared wherever there is a light, for comparisons.
     Always,
 }
 
 impl ShadingReuse {
-    /// Each eye is lit in full, whatever the scene.
+    /// Whether each eye is lit in full, whatever the scene.
     pub fn is_off(&self) -> bool {
         *self == ShadingReuse::Off
     }
@@ -88,48 +89,48 @@ pub struct Settings {
     pub width: u32,
     pub height: u32,
     pub seed: u32,
-    /// Index of the frame in its sequence: part of the random numbers.
+    /// Index of the frame in its sequence; the random numbers depend on it.
     pub frame: u32,
     pub streams: Streams,
-    /// How taps are weighted, unless the method says it itself.
+    /// How taps are weighted, unless the method fixes it.
     pub reuse: Reuse,
-    /// How a new frame is weighed against the frames before it, unless the method says it itself; left out of what is
-    /// written where it is the default.
+    /// How a new frame is weighted against the history, unless the method fixes it. The default is not written, so that such a
+    /// picture keeps its address.
     #[serde(skip_serializing_if = "is_default")]
     pub temporal: Temporal,
-    /// `None`: `BoundedShare` with [`Reuse::Balance`], nothing with [`Reuse::Ratio`].
+    /// `None`: [`Firefly::BoundedShare`] with [`Reuse::Balance`], [`Firefly::None`] with [`Reuse::Ratio`].
     pub firefly: Option<Firefly>,
-    /// Overrides the scene's.
+    /// What stands in for unknown rays; `None`: what the scene says.
     pub fallback: Option<Fallback>,
     /// Perceptual roughness above which no ray is traced.
     pub ray_roughness_limit: f32,
     /// Perceptual roughness below which a surface is a mirror.
     pub delta_roughness: f32,
-    /// Width of the fade at a view's border, as a fraction of its size; 0 = none.
+    /// Width of the fade at a view's border, as a fraction of its size; 0: no fade.
     pub edge_fade: f32,
-    /// Radius of the spatial reuse, pixels; 2 = 5×5 (paper §5).
+    /// Radius of the spatial reuse, pixels; 2: 5×5 pixels (paper §5).
     pub reuse_radius: u32,
-    /// Steps of a march before its answer is *unknown*.
+    /// Steps after which a march gives up and its ray is unknown.
     pub max_steps: u32,
     pub trace: Trace,
-    /// Lights cast shadows.
+    /// Whether lights cast shadows.
     pub shadows: bool,
-    /// Left out of what is written where rays find them, so that such a picture keeps its address.
+    /// How they are found. [`Shadows::Rays`] is not written, so that such a picture keeps its address.
     #[serde(skip_serializing_if = "Shadows::are_by_rays")]
     pub shadows_by: Shadows,
-    /// Indirect diffuse light, gathered once a scene, stands in for the environment's.
+    /// Baked indirect diffuse light replaces the environment's diffuse light.
     pub indirect: bool,
-    /// Rays to a light that has a size, of each pixel in its penumbra: 1 to 1,024.
+    /// Rays from each pixel in a penumbra to its light: 1 to 1,024.
     pub soft_shadow_rays: u32,
-    /// Left out of what is written where it is off, so that such a picture keeps its address.
+    /// [`ShadingReuse::Off`] is not written, so that such a picture keeps its address.
     #[serde(skip_serializing_if = "ShadingReuse::is_off")]
     pub shading_reuse: ShadingReuse,
-    /// Samples along a side of each pixel, of surfaces and their light; 1: no antialiasing. 1 to 4.
+    /// Samples of surfaces and their light along each side of a pixel, 1 to 4; 1: no antialiasing.
     pub antialias: u32,
-    /// Left out of what is written where nothing is occluded, so that a picture without it keeps its address.
+    /// Ambient occlusion. If it is off it is not written, so that such a picture keeps its address.
     #[serde(skip_serializing_if = "AoSettings::is_off")]
     pub ao: AoSettings,
-    /// Run every pass, needed or not: the picture must not change.
+    /// Runs passes that are not needed, too. The picture must not change, which tests check.
     pub all_passes: bool,
 }
 
@@ -164,7 +165,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What unknown rays see.
+    /// What stands in for unknown rays.
     pub fn fallback(&self, scene: &Scene) -> Fallback {
         self.fallback.unwrap_or(scene.fallback)
     }
@@ -174,7 +175,7 @@ impl Settings {
         method.parts().reuse.unwrap_or(self.reuse)
     }
 
-    /// How a method's frames are accumulated; `None`: each stands for itself.
+    /// How a method's frames are accumulated; `None`: they are not accumulated.
     pub fn temporal(&self, method: &Method) -> Option<Temporal> {
         method.parts().accumulation.map(|a| a.weights.unwrap_or(self.temporal))
     }

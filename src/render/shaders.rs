@@ -1,4 +1,4 @@
-//! The compiled shaders, as the build script left them.
+//! The shaders that `build.rs` compiled (without those of `shaders/display/`), and digests of them.
 
 use sha2::{Digest, Sha256};
 
@@ -6,13 +6,13 @@ use crate::gpu::{Aligned, Shader};
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// SHA-256 (hex) over all shaders: part of every stimulus' address.
+/// SHA-256 (hex) over all shaders. It is part of every stimulus' address.
 pub fn digest() -> String {
     digest_of(|_| true)
 }
 
-/// The same over those that a picture traced through the geometry alone may follow from: all but those whose head says
-/// `// Reference: never.` A change of the others keeps stored references.
+/// The same over the shaders on which a picture of the reference may depend: all except those whose head says
+/// `// Reference: never.` When only those change, stored references stay valid.
 pub fn digest_of_reference() -> String {
     digest_of(|name| !OF_VIEWS.contains(&name))
 }

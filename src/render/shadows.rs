@@ -1,4 +1,5 @@
-//! What the punctual lights put on each pixel, in the shadows of all matter.
+//! The outgoing light of the punctual lights at each pixel, with shadows traced by rays through the scene's geometry. The
+//! lighting pass adds it.
 
 use std::rc::Rc;
 
@@ -27,20 +28,21 @@ pub struct ShadowsPass {
 }
 
 impl ShadowsPass {
-    /// `soft_rays`: rays to a light that has a size, a pixel.
+    /// `soft_rays`: rays to a light that has a size, for each pixel in its penumbra.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene, soft_rays: u32) -> Result<ShadowsPass, GpuError> {
         let words = rays.variant(&shaders::SHADOWS_COMP, &shaders::SHADOWS_RAY_QUERY_COMP).words();
         let pass = ComputePass::new(gpu, "shadows", &words, &[u32::from(needs.mask), u32::from(needs.glass)])?;
         Ok(ShadowsPass { pass, soft_rays })
     }
 
-    /// Writes `direct` of [`Targets`]. `finer` samples along a side of a pixel share the pixel's rays among them.
+    /// Writes `direct` of [`Targets`]. `finer`: the number of samples along each side of a pixel (antialiasing), among which the
+    /// pixel's rays are divided.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,
@@ -64,8 +66,8 @@ impl ShadowsPass {
     }
 }
 
-/// Rays of a pixel to a light that has a size, of the first question and in a penumbra, where `soft_rays` of a pixel are
-/// shared by `finer` samples along each of its sides.
+/// The numbers of rays of one sample to a light that has a size: to its rim, and in its penumbra. A pixel's rays are divided
+/// among its `finer` × `finer` samples.
 pub fn rays_a_light(soft_rays: u32, finer: u32) -> (u32, u32) {
     (RIM_RAYS.div_ceil(finer).max(2), soft_rays.div_ceil(finer * finer))
 }

@@ -1,5 +1,5 @@
-//! Every structure that shaders read: the twins of `shaders/common/shared.glsl`. A test compares each offset with the
-//! compiled shaders.
+//! Every structure that host and shaders share: the twins of those in `shaders/common/shared.glsl`. A test compares each offset
+//! with the compiled shaders.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,9 +12,9 @@ pub struct EyeUniform {
     pub view_from_render: [f32; 16],
     /// Direction in render space through the image's top-left corner, scaled to distance 1 along the view.
     pub ray_first: [f32; 4],
-    /// What a pixel to the right adds to it.
+    /// Added to it for each pixel to the right.
     pub ray_across: [f32; 4],
-    /// What a pixel down adds.
+    /// Added to it for each pixel down.
     pub ray_down: [f32; 4],
     /// xyz: the eye in render space, metres; w: near plane, metres.
     pub position_near: [f32; 4],
@@ -22,7 +22,7 @@ pub struct EyeUniform {
     pub stream: [u32; 4],
 }
 
-/// A frame.
+/// The uniforms of a frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct FrameUniform {
@@ -35,18 +35,18 @@ pub struct FrameUniform {
     pub ray_roughness_limit: f32,
     /// Perceptual roughness below which a surface is a mirror.
     pub delta_roughness: f32,
-    /// Metres behind an open mesh that count as matter.
+    /// Metres behind the surface of an open mesh that count as matter.
     pub open_mesh_thickness: f32,
     /// Width of the fade at a view's border, as a fraction of its size.
     pub edge_fade: f32,
-    /// Metres; beyond it the scene has ended.
+    /// Length of rays, metres; nothing of the scene is farther away.
     pub ray_length: f32,
     pub exposure: f32,
     pub light_count: u32,
     pub max_steps: u32,
     /// 0 black, 1 the specular map.
     pub fallback: u32,
-    /// Of the resolve: 0 nothing, 1 tone-mapped weights, 2 bounded shares.
+    /// The resolve's measure against fireflies: 0 none, 1 tone-mapped weights, 2 bounded shares.
     pub firefly: u32,
     /// Pixels at each side (x, y) that are drawn and never shown.
     pub guard: [u32; 2],
@@ -68,14 +68,14 @@ pub struct LightData {
     pub color: [f32; 3],
     pub cos_inner: f32,
     pub cos_outer: f32,
-    /// Radius, metres; of a directional light the tangent of half its angle.
+    /// Radius, metres; for a directional light the tangent of half its angular diameter.
     pub size: f32,
-    /// 0: the light goes through everything.
+    /// 0: the light passes through all matter.
     pub casts_shadow: u32,
     pub reserved: u32,
 }
 
-/// Which texture, by which coordinates.
+/// One texture of a material: which one, and its texture coordinates.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct TextureSlot {
@@ -109,7 +109,7 @@ pub struct MaterialData {
     pub slots: [TextureSlot; 4],
 }
 
-/// A primitive in its place.
+/// An instance: a primitive with a transform.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct InstanceData {
@@ -148,7 +148,7 @@ pub struct Vertex {
     pub color: u32,
 }
 
-/// An inner node of the BVH with the bounds of both children, so that a visit is one fetch.
+/// An inner node of the BVH. It holds the bounds of both children, so that a visit reads a single node.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct NodeData {
@@ -165,7 +165,7 @@ pub struct NodeData {
 
 /// Marks a child that is a leaf.
 pub const LEAF: u32 = 1 << 31;
-/// Where a leaf keeps its count.
+/// The lowest bit of a leaf's triangle count.
 pub const COUNT_SHIFT: u32 = 28;
 /// [`TriangleData::flags`]: seen from both sides.
 pub const DOUBLE_SIDED: u32 = 1;
@@ -181,52 +181,53 @@ pub struct TriangleData {
     pub v0: [f32; 3],
     pub instance: u32,
     pub edge1: [f32; 3],
-    /// Of the triangle's three indices; the highest bit: second and third corner exchanged.
+    /// Position of the triangle's first index in the index buffer. The highest bit is set if the second and third corner are
+    /// exchanged.
     pub first_index: u32,
     pub edge2: [f32; 3],
     /// [`DOUBLE_SIDED`], [`MASKED`], [`TRANSMITS`].
     pub flags: u32,
 }
 
-/// A triangle that glows.
+/// An emissive triangle.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct EmitterData {
-    /// Its place among the triangles for rays.
+    /// Its index among the triangles for rays.
     pub triangle: u32,
-    /// Share of all emitted light that comes from it and those before it; the last is 1.
+    /// Share of all emitted light that comes from this emitter and those before it; 1 for the last one.
     pub cumulative: f32,
 }
 
-/// Where a shadow map looks from, in the maps' space, and what it covers.
+/// The view of a shadow map, in the maps' space.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct ShadowMapData {
-    /// xyz: unit axis; w: minus the axis times the place that the map looks from.
+    /// xyz: unit axis; w: minus the dot product of the axis and the place that the map looks from.
     pub right: [f32; 4],
     pub up: [f32; 4],
     pub forward: [f32; 4],
-    /// To ±1 at the border: of metres, or of metres a metre ahead where rays meet in a light.
+    /// Takes metres (in a perspective: metres a metre ahead) to ±1 at the map's border.
     pub scale: [f32; 2],
     /// Metres ahead.
     pub near: f32,
-    /// Metres ahead; 0: the rays meet in a light, and there is no end.
+    /// Metres ahead; 0: the map is a perspective from the light, without an end.
     pub far: f32,
 }
 
-/// The layers of one light: none, one (a narrow spot), six (a cube), or cascades from the finest on. Twice as many where
-/// there is transmitting matter: after those of what stops light, as many of what dims it.
+/// The layers of one light: none, one (a narrow spot), six (a cube), or cascades in order from the finest. Where there is
+/// transmitting matter, as many layers of transmitting matter follow after those of opaque matter.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct LightMapsData {
     pub first: u32,
-    /// Of what stops light.
+    /// Number of layers of opaque matter.
     pub count: u32,
-    /// What takes a layer to that of what dims light; 0: there is none.
+    /// Added to the index of a layer of opaque matter to find the one of transmitting matter; 0: there is none.
     pub dimming: u32,
 }
 
-/// What a submission counted on the device.
+/// What the device counts during a submission.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct CountersData {
@@ -245,13 +246,13 @@ pub struct CountersData {
     /// Samples below the horizon, which count as zero.
     pub below_horizon: u32,
     pub steps: u32,
-    /// Rays lost by the views that asked the geometry.
+    /// Lost rays that asked the geometry.
     pub asked: u32,
-    /// Rays lost by the views that did not ask and whose weight the asking ones carry.
+    /// Lost rays that did not ask the geometry; the weights of those that asked make up for them.
     pub skipped: u32,
 }
 
-/// [`CountersData`] summed over a frame's submissions: 1,024 paths a pixel of a large image are more than 32 bits hold.
+/// [`CountersData`] summed over a frame's submissions. 32 bits would not suffice for 1,024 paths per pixel in a large image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
     pub nan: u64,
@@ -269,9 +270,9 @@ pub struct Counts {
     /// Samples below the horizon: no ray, counted as zero.
     pub below_horizon: u64,
     pub steps: u64,
-    /// Rays lost by the views that asked the geometry; what they met is among hits and sky.
+    /// Lost rays that asked the geometry; their results are counted under `hits` and `sky`.
     pub asked: u64,
-    /// Rays lost by the views that did not ask and whose weight the asking ones carry.
+    /// Lost rays that did not ask the geometry; the weights of those that asked make up for them.
     pub skipped: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The images of a frame, allocated only where the frame needs them.
+//! The images and ray lists of a frame. Those that [`Needs`] does not ask for are not allocated.
 
 use std::rc::Rc;
 
@@ -16,7 +16,7 @@ use super::shading_reuse::images::Shared;
 /// Levels of the depth pyramid above its base (twin: `TOP_LEVEL` in march.glsl).
 pub const TOP_LEVEL: u32 = 6;
 
-/// What the raster pass leaves behind.
+/// The images that the raster pass draws; see `gbuffer.frag`.
 pub struct GBuffer {
     pub depth: Image,
     pub surface: Image,
@@ -25,49 +25,49 @@ pub struct GBuffer {
     pub emission: Option<Image>,
 }
 
-/// What rays are marched through.
+/// What screen-space rays are marched through, and the lists of rays that go on elsewhere.
 pub struct Marched {
     /// `None` when no mesh is closed.
     pub back_depth: Option<Image>,
     pub pyramid: Image,
-    /// Rays for the other eye; a list that stays empty when the method has none.
+    /// Rays that go on in the other eye's view. The list stays empty if the method has no such rays.
     pub retries: RayList,
-    /// Rays for the scene's geometry; likewise.
+    /// Lost rays that ask the scene's geometry; likewise.
     pub lost: RayList,
 }
 
-/// What an eye's filter knows, for the other eye or the frames to come.
+/// The filter's output for blending with the other eye or with earlier frames.
 pub struct Pairs {
-    /// The known share of the light, and how much is known.
+    /// C·L, the known share of the light, and C, how much is known.
     pub known: Image,
-    /// Weight of the taps; nearness of what is reflected; variance of the light, where the eyes are blended by it.
+    /// Weight of the taps; nearness of what is reflected, 1/m; variance of the light, if the method needs it.
     pub standing: Image,
-    /// Pixels whose eyes may differ visibly, where only they are blended.
+    /// The pixels in which the eyes may differ visibly, for methods that blend only those.
     pub visible: Option<RayList>,
 }
 
-/// Hits and their filter.
+/// The hits of rays, and the images of the filter.
 pub struct Filtered {
     pub hits: Image,
-    /// Where rays may bring their own radiance.
+    /// The radiance of hits in the scene's geometry, at the rays' pixels; for methods with such hits.
     pub ray_radiance: Option<Image>,
-    /// Where the other eye has a say.
+    /// For methods that blend the filter's output with the other eye or with earlier frames.
     pub pairs: Option<Pairs>,
     pub reflection: Image,
-    /// Sums over several samples a pixel.
+    /// Sums and weights over a pixel's samples, if it has several.
     pub sums: Option<(Image, Image)>,
 }
 
-/// The reference's accumulators.
+/// The sums over the reference's samples; see `path_trace.comp`.
 pub struct PathSums {
     pub sum: Image,
     pub compensation: Image,
     pub squares: Image,
 }
 
-/// What the reference's paths come to.
+/// The reference's results.
 pub struct PathTraced {
-    /// `None` where the processor adds up.
+    /// `None` where the processor traces the paths and adds them up.
     pub sums: Option<PathSums>,
     pub reflection: Image,
     pub error: Image,
@@ -76,31 +76,32 @@ pub struct PathTraced {
 /// Every image of a frame.
 pub struct Targets {
     pub gbuffer: GBuffer,
-    /// Where ambient light is occluded.
+    /// `None` where ambient light is not occluded.
     pub ao: Option<AoImages>,
     pub radiance: Image,
-    /// What the punctual lights put on each pixel; `None` where none of them casts a shadow and the eyes share nothing.
+    /// The outgoing light of the punctual lights at each pixel; `None` where none of them casts a shadow and the eyes do not
+    /// share their shading.
     pub direct: Option<Image>,
     /// Baked light of each pixel's surface; `None` without any.
     pub indirect: Option<Image>,
-    /// Where the eyes share shading.
+    /// `None` where the eyes do not share their shading.
     pub shared: Option<Shared>,
     pub rays: Option<RayList>,
-    /// What the resolve asks of neighbours; a single texel where nothing is resolved.
+    /// What the resolve needs to know of neighbours (guide.glsl); a single texel where nothing is resolved.
     pub guide: Image,
     pub marched: Option<Marched>,
     pub filtered: Option<Filtered>,
     pub path_traced: Option<PathTraced>,
-    /// What is shown, without a guard band.
+    /// The tone-mapped picture, without the guard band.
     pub display: Image,
     pub linear: Image,
     pub reflection_out: Image,
-    /// Stands in where a shader names an image (RGBA32F) that this frame does without.
+    /// A placeholder (RGBA32F) for images that a shader binds but this frame does not have.
     pub nothing: Image,
 }
 
 impl Targets {
-    /// `settings` are those of what is drawn, `shown` is the size of what is shown of it.
+    /// `settings`: those of what is drawn, guard band included; `shown`: the size of what is shown, pixels.
     ///
     /// # Errors
     /// When device memory runs out: the message names the image and its bytes.
@@ -161,7 +162,7 @@ impl Targets {
                 },
             }),
         };
-        // What the processor writes.
+        // Images that the processor fills by copies.
         let written = |what: &str| {
             let desc = ImageDesc::stereo(w, h, rgba32);
             Image::new(gpu, what, ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
@@ -208,7 +209,7 @@ impl Targets {
     }
 }
 
-/// The base is padded to whole cells of the top level.
+/// The pyramid's level 0 is padded to whole cells of the top level.
 fn pyramid_desc(width: u32, height: u32) -> ImageDesc {
     let whole = |n: u32| n.next_multiple_of(1 << TOP_LEVEL);
     ImageDesc { mips: TOP_LEVEL + 1, ..ImageDesc::stereo(whole(width), whole(height), vk::Format::R32G32_SFLOAT) }

@@ -1,5 +1,5 @@
-//! Passes 6 and 7: one reflection ray a listed pixel, marched through its own eye's depth pyramid, and on through the
-//! other eye's where its own loses it.
+//! Passes 6 and 7: one reflection ray for each listed pixel. It is marched through its own eye's depth pyramid, and goes on in
+//! the other eye's where its own eye loses it.
 
 use std::rc::Rc;
 
@@ -21,7 +21,7 @@ pub struct TracePass {
 
 impl TracePass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, (settings, method): (&Settings, &Method)) -> Result<TracePass, GpuError> {
         let parts = method.parts();
         let fade = u32::from(parts.stereo_fade);
@@ -29,10 +29,10 @@ impl TracePass {
         let two_stages = traversal == Traversal::TwoStages;
         let lost_share = (method.lost_share() * 255.0).round() as u32;
         let [camera_rays, one_eye] = [parts.camera_rays, parts.one_eye].map(u32::from);
-        // The published estimator keeps its rays: each one that goes behind matter is looked for in the other eye.
+        // With the published estimator rays are traced as published: each one that goes behind matter goes on in the other eye.
         let by_disparity = u32::from(two_stages && settings.reuse(method) == Reuse::Balance);
         let own = [fade, u32::from(two_stages), camera_rays, one_eye, lost_share, by_disparity];
-        // The second stage has the first one's constants, of which it knows the first and the last.
+        // Both stages get the same constants; the second one declares only some of them.
         let other = || ComputePass::new(gpu, "trace_other_eye", &shaders::TRACE_OTHER_EYE_COMP.words(), &own);
         let first = match traversal {
             Traversal::OneLoop => ComputePass::new(gpu, "trace", &shaders::TRACE_ONE_LOOP_COMP.words(), &[fade])?,
@@ -44,7 +44,7 @@ impl TracePass {
     /// Traces sample `sample` of every listed pixel.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,4 @@
-//! Rays that the views lost, through the scene's geometry.
+//! Traces rays that the views lost through the scene's geometry, for hybrid methods.
 
 use std::rc::Rc;
 
@@ -19,22 +19,22 @@ pub struct TraceGeometryPass {
 
 impl TraceGeometryPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: Rc<RayScene>) -> Result<TraceGeometryPass, GpuError> {
         let words = rays.variant(&shaders::TRACE_GEOMETRY_COMP, &shaders::TRACE_GEOMETRY_RAY_QUERY_COMP).words();
         let pass = ComputePass::new(gpu, "trace_geometry", &words, &needs.of_hits())?;
         Ok(TraceGeometryPass { pass, rays })
     }
 
-    /// What it asks.
+    /// The geometry that it traces through.
     pub fn rays(&self) -> &RayScene {
         &self.rays
     }
 
-    /// Answers sample `sample` of every lost ray.
+    /// Traces sample `sample` of every lost ray that asks the geometry.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,5 +1,5 @@
-//! A scene on the device: geometry, materials, textures, environment. Transforms and lights follow per frame, because
-//! they are relative to the head.
+//! Uploads a scene: geometry, materials, textures, environment. Instances and lights are relative to the head, so `Context`
+//! uploads them for each prepared view.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use crate::scene::{Alpha, Environment, Equirect, LightSource, Material, Scene, T
 use super::mips::mip_chain;
 use super::shared::{InstanceData, LightData, MaterialData, TextureSlot, Vertex};
 
-/// Where a primitive lies in the shared buffers.
+/// Where a primitive lies in the buffers of all vertices and indices.
 #[derive(Debug, Clone, Copy)]
 pub struct Range {
     pub first_vertex: u32,
@@ -21,11 +21,11 @@ pub struct Range {
     pub index_count: u32,
 }
 
-/// Environment maps with the sampler they are read by.
+/// The maps of an environment, or of a probe, with their sampler.
 pub struct EnvironmentMaps {
     pub radiance: Image,
     pub irradiance: Image,
-    /// Levels one below the other, each twice as wide as high.
+    /// The prefiltered levels one below the other, each twice as wide as high.
     pub specular: Image,
     pub sampler: Sampler,
 }
@@ -38,7 +38,7 @@ pub struct SceneResources {
     pub ranges: Vec<Range>,
     pub material_sets: MaterialSets,
     pub environment: EnvironmentMaps,
-    // Kept alive for the descriptor sets.
+    // Kept alive because the descriptor sets refer to them.
     _textures: Vec<Image>,
     _samplers: HashMap<Filter, Sampler>,
     _plain: Image,
@@ -130,7 +130,7 @@ pub fn slots(m: &Material) -> [Option<&TextureRef>; 4] {
     ]
 }
 
-/// Vertices and indices of all primitives, and where each lies among them.
+/// The vertices and indices of all primitives, and where each primitive lies among them.
 pub fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
     let (mut vertices, mut indices, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
     for p in &scene.primitives {
@@ -159,7 +159,7 @@ pub fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
 pub fn material_data(m: &Material) -> MaterialData {
     MaterialData {
         base_color: m.base_color.to_array(),
-        // Finite: infinity times a texture's 0 would be NaN.
+        // Kept finite, because infinity times a texture's 0 would be NaN.
         emissive: m.emissive.min(glam::Vec3::MAX).to_array(),
         metallic: m.metallic,
         dielectric_f0: m.dielectric_f0.to_array(),
@@ -198,7 +198,7 @@ fn filter_of(gpu: &Gpu, t: &Texture) -> Filter {
         Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     };
-    // In software sixteen taps cost a hundred times the rest of the pass.
+    // Not on software devices, where sixteen taps cost a hundred times as much as the rest of the pass.
     let anisotropic = !t.nearest && !gpu.is_cpu();
     Filter { linear: !t.nearest, wrap_u: wrap(t.wrap_u), wrap_v: wrap(t.wrap_v), anisotropic }
 }
@@ -210,7 +210,7 @@ fn upload_texture(gpu: &Rc<Gpu>, texture: &Texture) -> Result<Image, GpuError> {
     Image::with_content(gpu, &texture.name, desc, &levels)
 }
 
-/// fp16: what a reflection ray may bring back is stored as that anyway.
+/// Uploads a map as fp16, in which the radiance of reflection rays is stored as well.
 fn upload_equirect(gpu: &Rc<Gpu>, what: &str, map: &Equirect) -> Result<Image, GpuError> {
     let half = |x: f32| half::f16::from_f32(x.clamp(0.0, 65504.0)).to_le_bytes();
     let one = half(1.0);
@@ -219,7 +219,7 @@ fn upload_equirect(gpu: &Rc<Gpu>, what: &str, map: &Equirect) -> Result<Image, G
     Image::with_content(gpu, what, desc, &[bytes])
 }
 
-/// Instances relative to `head`, subtracted in f64.
+/// The instances relative to `head`, which is subtracted in f64.
 pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<InstanceData> {
     let row = |m: &DMat3, t: DVec3, i: usize| {
         let r = m.row(i);
@@ -232,7 +232,7 @@ pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVe
         .map(|(instance, place)| {
             let m = place.matrix3;
             let t = place.translation - head;
-            // Scaled to unit length: a scene in millimetres would overflow the inverse.
+            // Scaled to a largest element of 1, because the inverse for a scene in millimetres may exceed f32.
             let n = m.inverse().transpose();
             let largest = n.to_cols_array().iter().fold(0.0f64, |a, x| a.max(x.abs()));
             let n = if largest.is_finite() && largest > 0.0 { n * (1.0 / largest) } else { DMat3::IDENTITY };
@@ -249,7 +249,7 @@ pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVe
         .collect()
 }
 
-/// [`instances`] on the device; where something moves, they can be written again.
+/// Uploads [`instances`]. In a scene with motions the buffer can be written again.
 ///
 /// # Errors
 /// When device memory runs out.

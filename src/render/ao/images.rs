@@ -1,4 +1,4 @@
-//! The images of ambient occlusion, allocated only where a frame has it.
+//! The images of ambient occlusion. Those that the method does not use are not allocated.
 
 use std::rc::Rc;
 
@@ -13,31 +13,31 @@ pub struct AoImages {
     /// How much of its surroundings a pixel sees: 1 open, 0 hidden.
     pub visibility: Image,
     pub estimated: Option<Estimated>,
-    /// Sums of the rays so far.
+    /// Sums over the rays so far, with [`Ao::RayTraced`].
     pub sum: Option<Image>,
 }
 
-/// Of the methods that ask the views.
+/// The images of the methods that estimate visibility from the views.
 pub struct Estimated {
-    /// Before the filter, with depth.
+    /// Visibility before the filter, with depth.
     pub raw: Image,
-    /// Filtered along x, with the taps' weight and depth.
+    /// Visibility filtered along x, with the taps' weight and depth.
     pub rows: Image,
     pub stereo: Option<Stereo>,
 }
 
-/// Of those that ask both.
+/// The further images of the methods that combine both eyes.
 pub struct Stereo {
-    /// Depth, and the other eye's pixel that shows the same place.
+    /// The map of pairs: each pixel's depth, and the other eye's pixel that shows the same place.
     pub pairs: Image,
-    /// Filtered, with the taps' weight.
+    /// Filtered visibility, with the taps' weight and depth.
     pub filtered: Image,
-    /// Pixels that differ visibly from their pair.
+    /// The list of pixels that differ visibly from their pair, of the adaptive methods.
     pub visible: Option<RayList>,
 }
 
 impl AoImages {
-    /// Pixels that differ visibly between the eyes, of the methods that look for them.
+    /// The list of pixels that differ visibly between the eyes, of the adaptive methods.
     pub fn listed(&self) -> Option<&RayList> {
         self.estimated.as_ref()?.stereo.as_ref()?.visible.as_ref()
     }

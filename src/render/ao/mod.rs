@@ -1,5 +1,5 @@
-//! Ambient occlusion: how much of its surroundings each pixel sees, between the G-buffer and the lighting (seed 001: Wu,
-//! adaptive stereo ambient occlusion).
+//! Ambient occlusion: how much of its surroundings each pixel sees (seed 001: Wu, adaptive stereo ambient occlusion). Its passes
+//! read the G-buffer and write the visibility that the lighting pass reads.
 
 pub mod images;
 mod rays;
@@ -17,17 +17,17 @@ use settings::AoSettings;
 pub use rays::RaysPass;
 pub use views::{Seen, ViewsPass};
 
-/// The passes of one way to find it.
+/// The passes of one method.
 pub enum AoPass {
     Views(Box<ViewsPass>),
     Rays(RaysPass),
 }
 
 impl AoPass {
-    /// `None` where nothing is occluded.
+    /// `None` without ambient occlusion.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         needs: &Needs,

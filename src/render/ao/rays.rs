@@ -1,4 +1,4 @@
-//! Ambient occlusion by rays through the scene's geometry: the oracle.
+//! Ambient occlusion by rays through the scene's geometry, against which the estimates from the views are judged.
 
 use std::rc::Rc;
 
@@ -28,13 +28,13 @@ struct Constants {
 
 impl RaysPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, settings: AoSettings, rays: &RayScene) -> Result<RaysPass, GpuError> {
         let words = rays.variant(&shaders::AO_RAYS_COMP, &shaders::AO_RAYS_RAY_QUERY_COMP).words();
         Ok(RaysPass { settings, pass: ComputePass::new(gpu, "ao_rays", &words, &[u32::from(needs.mask)])? })
     }
 
-    /// Rays a pixel, all together.
+    /// The number of rays for each pixel, over all dispatches.
     pub fn count(&self) -> u32 {
         self.settings.rays
     }
@@ -42,7 +42,7 @@ impl RaysPass {
     /// Adds rays `first .. first + count` of every pixel.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,28 +1,29 @@
-//! How far ambient occlusion looks.
+//! The settings of ambient occlusion.
 
 use std::ops::RangeInclusive;
 
 use crate::method::Ao;
 
-/// Ambient occlusion of a picture.
+/// How the ambient light of a picture is occluded.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct AoSettings {
     pub method: Ao,
-    /// What is farther away hides nothing, metres; see [`AoSettings::RADII_M`].
+    /// Matter farther away than this hides nothing, metres; see [`AoSettings::RADII_M`].
     pub radius_m: f32,
-    /// Difference between the eyes, relative to the pixel's own value, from which on the adaptive methods work on it.
+    /// The least difference between the eyes, relative to the pixel's own value, at which the adaptive methods process a pixel
+    /// further; see [`AoSettings::THRESHOLDS`].
     pub threshold: f32,
-    /// A pixel's rays, of `ray-traced` alone.
+    /// Rays for each pixel, with `ray-traced` only.
     pub rays: u32,
 }
 
 impl AoSettings {
-    /// Below, a radius lies under what depth and normals resolve; above, nothing of a scene is out of reach.
+    /// The valid radii. A smaller one is below the resolution of depth and normals; a larger one would reach beyond any scene.
     pub const RADII_M: RangeInclusive<f32> = 1e-3..=1e3;
-    /// Weber shares that mean something: 0 works on every pixel whose eyes differ at all.
+    /// The valid thresholds. With 0, every pixel is processed whose eyes differ at all.
     pub const THRESHOLDS: RangeInclusive<f32> = 0.0..=1.0;
 
-    /// Nothing is occluded: the picture is what it is without these settings.
+    /// Whether nothing is occluded. The other settings then have no effect.
     pub fn is_off(&self) -> bool {
         self.method == Ao::None
     }

@@ -1,4 +1,4 @@
-//! Ambient occlusion from the views: the passes of `mono`, `fsa`, `variant1` and `variant2`.
+//! Ambient occlusion estimated from the views: the passes of `mono`, `fsa`, `variant1` and `variant2`.
 
 use std::rc::Rc;
 
@@ -13,7 +13,7 @@ use crate::render::ray_list::RayList;
 use crate::render::shaders;
 use crate::render::targets::GBuffer;
 
-/// What a frame's passes look at.
+/// What the passes of a frame read and write.
 #[derive(Clone, Copy)]
 pub struct Seen<'a> {
     pub context: &'a Context,
@@ -21,7 +21,7 @@ pub struct Seen<'a> {
     pub images: &'a AoImages,
 }
 
-/// Estimate and filter, with what the stereo methods add.
+/// Estimates and filters the visibility; the stereo methods add passes that combine the eyes.
 pub struct ViewsPass {
     settings: AoSettings,
     obscurance: ComputePass,
@@ -31,13 +31,13 @@ pub struct ViewsPass {
 
 struct StereoPasses {
     pairs: ComputePass,
-    /// Where all pixels are estimated in both views.
+    /// For methods that estimate all pixels in both views.
     reproject: Option<ComputePass>,
-    /// Over all pixels, or over the listed ones.
+    /// Blends all pixels, or with the adaptive methods the listed ones.
     blend: ComputePass,
-    /// Finds the pixels that differ visibly.
+    /// Lists the pixels that differ visibly between the eyes, with the adaptive methods.
     select: Option<ComputePass>,
-    /// Estimate and filter of those alone.
+    /// Estimates and filters the listed pixels again, in both views, with [`Ao::Variant1`].
     again: Option<(ComputePass, [ComputePass; 2])>,
 }
 
@@ -56,7 +56,7 @@ struct Threshold {
 
 impl ViewsPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, settings: AoSettings) -> Result<ViewsPass, GpuError> {
         let ao = settings.method;
         let pass = |name, shader: &crate::gpu::Shader, constants: &[u32]| {
@@ -94,7 +94,7 @@ impl ViewsPass {
     }
 
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(&self, frame: &mut Frame, seen: Seen<'_>) -> Result<(), GpuError> {
         let Some(out) = &seen.images.estimated else { return Ok(()) };
         let extent = seen.images.visibility.extent();
@@ -130,7 +130,7 @@ impl ViewsPass {
         }
     }
 
-    /// What comes after each eye's filter.
+    /// Records the passes after each eye's filter: the search for visible differences, and the blending of the eyes.
     fn compare_eyes(
         &self,
         frame: &mut Frame,
@@ -168,7 +168,7 @@ impl ViewsPass {
     /// Binds what `ao_obscurance.comp` reads and writes.
     fn estimate<'f>(&self, chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated) -> Dispatch<'f> {
         let context = seen.context;
-        // Without pairs nothing looks at them.
+        // Without pairs the shader does not read this image.
         let pairs = out.stereo.as_ref().map_or(&seen.gbuffer.surface, |s| &s.pairs);
         chain
             .uniform(&context.frame)
@@ -180,10 +180,10 @@ impl ViewsPass {
     }
 }
 
-/// Binds what `ao_filter.comp` reads and writes, along x or, second, along y.
+/// Binds what `ao_filter.comp` reads and writes: along x in the first pass, along y in the second.
 fn filter<'f>(chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated, second: bool) -> Dispatch<'f> {
     let context = seen.context;
-    // Without pairs the second filter keeps no weights, and writes to no other image than the visibility.
+    // Without pairs the second filter keeps no weights and does not write to this image.
     let filtered = out.stereo.as_ref().map_or(&out.raw, |s| &s.filtered);
     let (from, to): (&Image, &Image) = if second { (&out.rows, filtered) } else { (&out.raw, &out.rows) };
     chain
@@ -204,7 +204,7 @@ fn blend<'f>(chain: Dispatch<'f>, seen: Seen<'f>, images: &'f Stereo) -> Dispatc
         .write(&seen.images.visibility)
 }
 
-/// Over the list alone.
+/// Dispatches over the listed pixels.
 fn listed<'f>(chain: Dispatch<'f>, list: &'f RayList) -> Result<(), GpuError> {
     chain.read_buffer(&list.rays).read_buffer(&list.arguments).dispatch_indirect(&list.arguments, 0)
 }

@@ -1,5 +1,5 @@
-//! Where light is gathered: one point for all lattice points of an instance that are close together and face alike; and
-//! how the lattice takes its light from them.
+//! The points at which light is gathered, and how the points of the lattice take their light from them. One gathering point
+//! serves all lattice points of an instance that are close together and face in similar directions.
 
 use std::collections::HashMap;
 
@@ -7,12 +7,12 @@ use glam::{IVec3, Vec3};
 
 use super::lattice::{Lattice, Point};
 
-/// Rays of a point may meet the backs of so many surfaces before it counts as lying within matter.
+/// A point of whose rays a larger share meets the backs of surfaces counts as lying inside matter.
 const MOST_BACKS: f32 = 0.25;
-/// Weight of a point within matter, where nothing else is near.
+/// Factor on the weight of a point inside matter: it counts only where no other point is near.
 const HARDLY: f32 = 1e-6;
 
-/// Where a point stands, coarsely: instance, cell, octant of its normal and which axis it follows most.
+/// What the lattice points of one gathering point have in common: instance, cell, and the octant and largest axis of the normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Key {
     instance: u32,
@@ -20,15 +20,16 @@ struct Key {
     facing: u8,
 }
 
-/// Points that gather, and who takes from them.
+/// The gathering points, and the weights with which the lattice points take from them.
 #[derive(Debug)]
 pub struct Gathering {
     /// Where rays start, and the surface's normal there.
     pub points: Vec<Point>,
-    /// For each lattice point: its entries of `taken`.
+    /// The entries of lattice point i in `taken` are those from `ranges[i]` to `ranges[i + 1]`.
     ranges: Vec<u32>,
     /// Index of a gathering point, and its weight.
     taken: Vec<(u32, f32)>,
+    /// For each lattice point the gathering point that serves it.
     own: Vec<u32>,
 }
 
@@ -49,7 +50,7 @@ fn cell(p: Vec3, size: f32) -> IVec3 {
 }
 
 impl Gathering {
-    /// Cells of `size` metres.
+    /// Makes gathering points with cells of `size` metres.
     pub fn new(lattice: &Lattice, size: f32) -> Gathering {
         let mut numbers: HashMap<Key, u32> = HashMap::new();
         let mut sums: Vec<(Vec3, u32)> = Vec::new();
@@ -68,7 +69,7 @@ impl Gathering {
                 number
             })
             .collect();
-        // The point that lies nearest to the middle of them all stands for them.
+        // The lattice point nearest to the mean of a group becomes its gathering point.
         let mut nearest: Vec<(f32, usize)> = vec![(f32::INFINITY, 0); sums.len()];
         for (i, (p, &number)) in lattice.points.iter().zip(&own).enumerate() {
             let (sum, count) = sums[number as usize];
@@ -99,7 +100,8 @@ impl Gathering {
         Gathering { points, ranges, taken, own }
     }
 
-    /// The light of the lattice points, from that of the gathering points: irradiance / π and the share of backs met.
+    /// The light of the lattice points (irradiance / π, and 1) from that of the gathering points (irradiance / π, and the
+    /// share of rays that met backs).
     pub fn spread(&self, gathered: &[[f32; 4]]) -> Vec<[f32; 4]> {
         let open = |number: u32| gathered[number as usize][3] <= MOST_BACKS;
         self.ranges
@@ -119,7 +121,8 @@ impl Gathering {
     }
 }
 
-/// A tent over the neighbouring cells, for points that face alike and lie in one plane.
+/// The weight of a gathering point for a lattice point: a tent over the neighbouring cells, less where the normals differ or the
+/// points do not lie in one plane.
 fn weight(p: &Point, from: &Point, size: f32) -> f32 {
     let d = from.position - p.position;
     let tent = (1.0 - d.abs() / size).max(Vec3::ZERO);

@@ -1,15 +1,15 @@
-//! Where light is kept: a lattice of points on every triangle (after Yuksel et al., "Mesh Colors", 2010). A triangle has
-//! its own points, so that no light leaks through a wall or around a corner, and no texture coordinates are needed.
+//! The points at which baked light is kept: a lattice on every triangle (after Yuksel et al., "Mesh Colors", 2010). Each triangle
+//! has its own points, so that no light leaks through a wall or around a corner, and no texture coordinates are needed.
 
 use glam::{DVec3, Vec3};
 
 use crate::scene::Scene;
 
-/// Intervals of a side, at the most: six bits of a patch's word.
+/// The largest number of intervals along a triangle's side, which takes six bits of a patch's word.
 const MOST_INTERVALS: u32 = 63;
-/// Of a patch's word: there is a second lattice, for the triangle's back.
+/// Flag in a patch's word: a second lattice follows, for the triangle's back.
 const BACK: u32 = 1 << 25;
-/// Points, at the most: the lower bits of a patch's word.
+/// The largest index of a patch's first point, which takes the lower bits of its word.
 const MOST_POINTS: usize = (1 << 25) - 1;
 
 /// A point of a lattice.
@@ -17,9 +17,10 @@ const MOST_POINTS: usize = (1 << 25) - 1;
 pub struct Point {
     /// Relative to the head, metres.
     pub position: Vec3,
-    /// Unit length; of the mesh, on the lit side.
+    /// The mesh's interpolated normal on the lit side, unit length.
     pub normal: Vec3,
-    /// A little towards the triangle's middle: a corner of a room lies in the next wall.
+    /// The position moved a little towards the triangle's centre, where rays start: a point in a room's corner would lie inside
+    /// the next wall.
     pub inner: Vec3,
     pub instance: u32,
 }
@@ -27,7 +28,8 @@ pub struct Point {
 /// The lattices of a scene.
 #[derive(Debug)]
 pub struct Lattice {
-    /// One word an instance: where its patches begin. Then a word a triangle: first point, [`BACK`], intervals << 26.
+    /// First one word for each instance, the index of its first patch. Then the patches, one word for each triangle: its first
+    /// point | [`BACK`] | intervals << 26.
     pub patches: Vec<u32>,
     pub points: Vec<Point>,
 }
@@ -42,8 +44,8 @@ pub fn area(scene: &Scene) -> f64 {
 }
 
 impl Lattice {
-    /// With about `spacing` metres between points, relative to `head`; `None` where that is more points than a patch's word
-    /// can name.
+    /// A lattice relative to `head` with about `spacing` metres between points; `None` if it has more points than a patch's word
+    /// can refer to.
     pub fn new(scene: &Scene, head: DVec3, spacing: f64) -> Option<Lattice> {
         let mut patches = vec![0; scene.instances.len()];
         let mut points = Vec::new();
@@ -55,7 +57,8 @@ impl Lattice {
             let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
             let longest = edges.iter().map(|e| e.length()).fold(0.0, f64::max);
             let wide = edges[0].cross(edges[2]).length().sqrt();
-            // The geometric mean of the longest side and that of a square as large: a sliver is not cut as finely across.
+            // By the geometric mean of the longest side and √(2 · area), so that slivers get fewer points than their length asks
+            // for.
             let intervals = ((longest * wide).sqrt() / spacing).ceil().clamp(1.0, f64::from(MOST_INTERVALS)) as u32;
             let material = &scene.materials[scene.primitives[scene.instances[number].primitive].material];
             let sides: &[f32] = if material.double_sided { &[1.0, -1.0] } else { &[1.0] };
@@ -88,7 +91,8 @@ impl Lattice {
     }
 }
 
-/// Every triangle of every instance: its number, corners and vertex normals in the world.
+/// Calls `see` for every triangle of every instance, with the instance's index and the triangle's corners and vertex normals in
+/// world space.
 fn each_triangle(scene: &Scene, mut see: impl FnMut(usize, [DVec3; 3], [Vec3; 3])) {
     for (number, instance) in scene.instances.iter().enumerate() {
         let primitive = &scene.primitives[instance.primitive];

@@ -13,17 +13,17 @@ pub struct BakedLight {
     pub(super) gathered: Gathered,
 }
 
-/// The same in the host's memory.
+/// Baked light in the host's memory.
 #[derive(Default)]
 pub struct Gathered {
     /// See [`super::lattice::Lattice::patches`].
     pub patches: Vec<u32>,
-    /// Irradiance / π in red, green and blue, a point.
+    /// For each point irradiance / π in red, green and blue, then 1.
     pub light: Vec<[f32; 4]>,
 }
 
 impl BakedLight {
-    /// Stands in where there is none.
+    /// A placeholder without any light.
     ///
     /// # Errors
     /// When device memory runs out.
@@ -33,7 +33,7 @@ impl BakedLight {
         Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
     }
 
-    /// For whoever traces on the host.
+    /// The same light in the host's memory, for paths that the processor traces.
     pub fn gathered(&self) -> &Gathered {
         &self.gathered
     }

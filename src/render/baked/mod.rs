@@ -1,8 +1,9 @@
-//! Indirect diffuse light, gathered once a scene by path tracing and kept on its surfaces.
+//! Baked light: indirect diffuse light, gathered by path tracing once for a scene and kept at points of its surfaces. The
+//! renderer obtains it; `indirect.comp` and the shading of hits look it up.
 //!
-//! Round after round every point sends cosine-weighted rays; what they hit is shaded by the lights, its emission and what
-//! the round before left there, so that each round adds a bounce. Rounds go on until the mean light has settled; the last
-//! one sends more rays. Light and geometry stand still: what moves keeps the light of its place at time 0.
+//! In each round every point sends cosine-weighted rays. Their hits are shaded by the lights, their emission and the light of the
+//! previous round, so that each round adds a bounce. Rounds go on until the mean light has converged; a last round sends more
+//! rays. Lights and geometry are those of time 0: moving instances keep the light that they have there.
 
 mod gather;
 mod lattice;
@@ -28,24 +29,24 @@ use gather::Gathering;
 use lattice::Lattice;
 pub use light::{BakedLight, Gathered};
 
-/// Points that gather, about; fewer where surfaces are small.
+/// The approximate number of gathering points; there are fewer where surfaces are small.
 const POINTS: f64 = 40_000.0;
-/// Points lie no closer than this, metres.
+/// The least spacing of points, metres.
 const CLOSEST: f64 = 0.01;
-/// Rays a point of the rounds that only carry light on, and of the last one.
+/// Rays of each point in the rounds, and in the last one, whose light is kept.
 const RAYS: u32 = 16;
 const LAST_RAYS: u32 = 96;
-/// Rounds end when the mean light changes by less than this, or after so many.
+/// Rounds end when the mean light changes by less than this share, or after MOST_ROUNDS of them.
 const SETTLED: f64 = 0.004;
 const MOST_ROUNDS: u32 = 24;
-/// Rays of a submission, at the most: about half a second in software.
+/// The largest number of rays in a submission, which take about half a second on a software device.
 const RAYS_A_SUBMISSION: u32 = 200_000;
 
 impl BakedLight {
-    /// Takes the scene's baked light from `folder`, or gathers it and keeps it there.
+    /// Reads the scene's baked light from `folder`, or gathers it and stores it there.
     ///
     /// # Errors
-    /// What the device said, Ctrl-C, or a folder that cannot be written.
+    /// When a Vulkan call fails, on Ctrl-C, or when the folder cannot be written.
     pub fn obtain(
         gpu: &Rc<Gpu>,
         scene: &Scene,
@@ -83,7 +84,7 @@ impl BakedLight {
     }
 }
 
-/// Lattice and gathering points of a scene, and their spacing: as fine as [`POINTS`] allows.
+/// The lattice and the gathering points of a scene, and their spacing in metres, which is as fine as [`POINTS`] allows.
 fn place(scene: &Scene, rays: &RayScene) -> (Lattice, Gathering, f64) {
     let mut spacing = (lattice::area(scene) / POINTS).sqrt().max(CLOSEST);
     loop {
@@ -97,7 +98,7 @@ fn place(scene: &Scene, rays: &RayScene) -> (Lattice, Gathering, f64) {
     }
 }
 
-/// Two vectors a point: where rays start and how far they are lifted off, and the normal.
+/// Uploads two vectors for each point: where its rays start and how far they are lifted off the surface; the normal.
 fn upload_points(gpu: &Rc<Gpu>, gathering: &Gathering, spacing: f32) -> Result<Buffer, GpuError> {
     let lift = |p: f32| (2e-4 * p).max(2e-3 * spacing);
     let words: Vec<[f32; 4]> = gathering
@@ -135,13 +136,13 @@ impl Baker<'_> {
         let pass = ComputePass::new(self.gpu, "gather", &words, &[mask, shadows, glass, 1])?;
         let count = gathering.points.len();
         let mut values = gathering.spread(&vec![[0.0; 4]; count]);
-        // The mean light after this round and the two before it.
+        // The mean light after the previous round, and after the one before it.
         let (mut before, mut earlier) = (0.0f64, 0.0f64);
         for round in 0..MOST_ROUNDS {
             let mut gathered = self.round(&pass, (patches, &values), count as u32, (RAYS, round))?;
             let mean = mean(&gathered);
             let (last, this) = (before - earlier, mean - before);
-            // Once the rounds shrink evenly, the rest of the series is added at once.
+            // The bounces form nearly a geometric series: after the third round, the rest of it is added at once.
             let ratio = this / last;
             if round == 2 && (0.0..0.95).contains(&ratio) {
                 let rest = (ratio / (1.0 - ratio) * this / mean.max(f64::MIN_POSITIVE)) as f32;
@@ -157,7 +158,7 @@ impl Baker<'_> {
         Ok(gathering.spread(&gathered))
     }
 
-    /// One round of every point.
+    /// Gathers one round for every point.
     fn round(
         &self,
         pass: &ComputePass,

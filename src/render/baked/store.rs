@@ -1,4 +1,5 @@
-//! Baked light on disk, by what it follows from. A file that is not what was written is gathered again.
+//! Baked light on disk. A file's name is a hash of everything that determines the light. If a file is damaged, its light is
+//! gathered again.
 
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,10 @@ use super::super::shaders;
 use super::{CLOSEST, LAST_RAYS, MOST_ROUNDS, POINTS, RAYS, SETTLED};
 use crate::scene::Scene;
 
-/// Changes when the places of the points or the file's layout change.
+/// Must be changed whenever the positions of the points or the layout of the file change.
 const VERSION: u32 = 1;
 
-/// SHA-256 (hex) over scene bytes, shaders, and how light is gathered.
+/// SHA-256 (hex) over scene bytes, shaders, kind of device, and how light is gathered.
 pub fn key(scene: &Scene, needs: &Needs, device_kind: &str) -> String {
     let how = format!("{VERSION} {POINTS} {CLOSEST} {RAYS} {LAST_RAYS} {SETTLED} {MOST_ROUNDS} {:?}", needs.of_hits());
     hex(&Sha256::digest([scene.content_sha256.as_str(), &shaders::digest_of_reference(), &how, device_kind].join("\n")))
@@ -28,19 +29,19 @@ fn path(folder: &Path, key: &str) -> PathBuf {
     folder.join(format!("{key}.light"))
 }
 
-/// What is kept: the spacing of the points, and their light.
+/// The content of a file: the spacing of the points in metres, and their light.
 pub struct Kept {
     pub spacing: f64,
     pub values: Vec<[f32; 4]>,
 }
 
-/// What was kept, if it is whole.
+/// Reads a file; `None` if it does not exist or is damaged.
 pub fn read(folder: &Path, key: &str) -> Option<Kept> {
     let bytes = files::read(&path(folder, key), files::MOST_DATA).ok()?;
     let whole = bytes.split_at_checked(32).filter(|(digest, rest)| Sha256::digest(rest).as_slice() == *digest);
     let parts = whole.and_then(|(_, rest)| rest.split_at_checked(8)).filter(|(_, values)| values.len() % 16 == 0);
     let Some((spacing, values)) = parts else {
-        tracing::warn!("{}: it is not what was written; the light is gathered again", path(folder, key).display());
+        tracing::warn!("{}: the file is damaged; its light is gathered again", path(folder, key).display());
         return None;
     };
     Some(Kept {
@@ -49,7 +50,7 @@ pub fn read(folder: &Path, key: &str) -> Option<Kept> {
     })
 }
 
-/// Keeps it behind its own digest.
+/// Writes a file: the digest of the rest, then spacing and light.
 ///
 /// # Errors
 /// When the folder cannot be written.

@@ -1,5 +1,4 @@
-//! Twin of `shaders/common/baked.glsl`: light that was gathered beforehand, linear between the points of a triangle's
-//! lattice.
+//! Twin of `shaders/common/baked.glsl`: baked light, interpolated linearly between the points of a triangle's lattice.
 
 use glam::{Vec2, Vec3A};
 
@@ -12,7 +11,7 @@ fn lattice_point(n: u32, i: u32, j: u32) -> u32 {
     j * (n + 1) - (j * j - j) / 2 + i
 }
 
-/// Irradiance / π at a point of a triangle; `back`: seen from the triangle's back.
+/// Irradiance / π at a point of a triangle; `back`: the triangle is seen from its back.
 pub fn baked_light(gathered: &Gathered, world: &World, triangle: u32, uv: Vec2, back: bool) -> Vec3A {
     let t = &world.triangles[triangle as usize];
     let uv = if t.first_index & EXCHANGED != 0 { Vec2::new(uv.y, uv.x) } else { uv };

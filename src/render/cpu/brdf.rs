@@ -1,5 +1,5 @@
-//! Twin of `shaders/common/brdf.glsl` and `reflect.glsl`: GGX, and the reflection ray of a pixel. What the samples of a
-//! pixel share is computed once, in a [`Reflector`].
+//! Twin of `shaders/common/brdf.glsl` and `reflect.glsl`: GGX, and the reflection rays of a pixel. What all samples of a pixel
+//! have in common is computed once, in a [`Reflector`].
 
 use std::f32::consts::PI;
 
@@ -50,7 +50,7 @@ fn cap_bound(i: Vec3A, alpha: f32) -> f32 {
     (1.0 - a2) * s2 / (s2 + a2 * i.z * i.z)
 }
 
-/// A pixel's surface as its reflection rays see it.
+/// Makes the reflection rays of a pixel's surface.
 pub struct Reflector {
     surface: Surface,
     v: Vec3A,
@@ -66,13 +66,13 @@ enum Scattering {
 struct Lobe {
     alpha: f32,
     basis: Basis,
-    /// `v` in it.
+    /// `v` in that basis.
     i: Vec3A,
     /// The same, stretched to the unit hemisphere.
     i_std: Vec3A,
-    /// How far the cap reaches down.
+    /// The bounded cap's extent: its lowest z is −b.
     b: f32,
-    /// 2(k·i_z + t): what the density of a direction is divided by.
+    /// 2(k·i_z + t): the density of a direction is D divided by this.
     scale: f32,
 }
 
@@ -102,8 +102,8 @@ impl Reflector {
         Reflector { surface, v, scattering }
     }
 
-    /// The ray of two random numbers; `None` below the horizon of the surface or of its triangle, where the sample counts as
-    /// zero.
+    /// The ray that two random numbers choose. `None` below the horizon of the shading normal or of the triangle: such a sample
+    /// counts as zero.
     pub fn ray(&self, u: [f32; 2]) -> Option<Ray> {
         let above = |d: Vec3A| d.dot(self.surface.normal) > 0.0 && d.dot(self.surface.face_normal) > 0.0;
         match &self.scattering {
@@ -126,7 +126,7 @@ impl Lobe {
     /// Visible normals within the bounded cap (Dupuy & Benyoub 2023; Tokuyoshi & Eto 2023).
     fn sample(&self, u: [f32; 2]) -> Vec3A {
         let (sin, cos) = (2.0 * PI * u[0]).sin_cos();
-        // One rounding, as `fma`: the product of two singles is exact in double precision.
+        // Rounded once, as by `fma`: the product of two single-precision numbers is exact in double precision.
         let z = (f64::from(1.0 - u[1]) * f64::from(1.0 + self.b) - f64::from(self.b)) as f32;
         let r = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
         let m_std = self.i_std + Vec3A::new(r * cos, r * sin, z);
@@ -134,7 +134,7 @@ impl Lobe {
         m * (2.0 * self.i.dot(m)) - self.i
     }
 
-    /// Over solid angle: D/(2(k·i_z + t)).
+    /// The density of a direction over solid angle: D/(2(k·i_z + t)).
     #[inline]
     fn density(&self, o: Vec3A) -> f32 {
         let m = normalize_or(self.i + o, Vec3A::Z);

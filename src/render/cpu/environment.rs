@@ -1,5 +1,5 @@
-//! Twin of `shaders/common/environment.glsl`: maps of half-precision texels, read bilinearly, round the horizon and clamped
-//! at the poles.
+//! Twin of `shaders/common/environment.glsl`: maps of half-precision texels, read bilinearly, repeated around the horizon and
+//! clamped at the poles.
 
 use std::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use half::f16;
 
 use crate::scene::{self, Equirect};
 
-/// The middle column looks down −Z, the top row up.
+/// The map's middle column looks along −Z, and its top row looks up.
 #[inline]
 fn equirect_uv(d: Vec3A) -> Vec2 {
     Vec2::new(d.x.atan2(-d.z) / (2.0 * PI) + 0.5, d.y.clamp(-1.0, 1.0).acos() / PI)
@@ -21,7 +21,7 @@ struct Map {
 }
 
 impl Map {
-    /// As the device has it.
+    /// In half precision, as on the device.
     fn new<'a>(width: u32, levels: impl Iterator<Item = &'a Equirect>) -> Map {
         let half = |x: f32| f16::from_f32(x.clamp(0.0, 65504.0)).to_f32();
         let texels: Vec<Vec3A> = levels.flat_map(|l| &l.texels).map(|t| Vec3A::from(t.map(half))).collect();
@@ -37,7 +37,7 @@ impl Map {
     }
 }
 
-/// Of texels whose centres lie half a texel from the borders.
+/// Bilinear interpolation between texel centres, as the device samples.
 #[inline]
 pub fn bilinear(uv: Vec2, [width, height]: [i32; 2], texel: impl Fn(i32, i32) -> Vec3A) -> Vec3A {
     let p = uv * Vec2::new(width as f32, height as f32) - 0.5;
@@ -52,7 +52,7 @@ pub fn bilinear(uv: Vec2, [width, height]: [i32; 2], texel: impl Fn(i32, i32) ->
 pub struct Environment {
     radiance: Map,
     irradiance: Map,
-    /// Levels one below the other.
+    /// The prefiltered levels, one below the other.
     specular: Map,
     levels: u32,
 }
@@ -60,7 +60,7 @@ pub struct Environment {
 impl Environment {
     pub fn new(of: &scene::Environment) -> Environment {
         let map = |m: &Equirect| Map::new(m.width, std::iter::once(m));
-        // As in `EnvironmentMaps::new`: without levels the irradiance stands in.
+        // Without prefiltered levels the irradiance replaces them, as in `EnvironmentMaps::new`.
         let specular = match of.specular.first() {
             Some(first) => Map::new(first.width, of.specular.iter()),
             None => map(&of.irradiance),

@@ -1,5 +1,5 @@
-//! Twin of `shaders/common/hit_surface.glsl` and `material.glsl`: the surface that a ray hits, and what cut-outs and glass
-//! do to one.
+//! Twin of `shaders/common/hit_surface.glsl` and `material.glsl`: the surface that a ray hits, whether a cut-out material exists
+//! there, and how much light a transmitting one lets through.
 
 use glam::{Vec2, Vec3A, Vec4};
 
@@ -10,7 +10,7 @@ use super::surface::Surface;
 use super::tree::Intersection;
 use super::world::{Instance, Material, World};
 
-/// Of a hit triangle: its vertices, by index, and their weights.
+/// The vertices of a hit triangle, by index, and their barycentric weights.
 struct Corners {
     vertices: [usize; 3],
     weights: [f32; 3],
@@ -53,13 +53,13 @@ impl World {
         k.blend(|i| Vec4::from(unpack_unorm(self.content.vertices[i].color)))
     }
 
-    /// The texture of a slot there, if it has one.
+    /// The value of a slot's texture, if it has one.
     fn texture(&self, m: &Material, slot: usize, uv: Vec4) -> Option<Vec4> {
         let slot = m.slots[slot].as_ref()?;
         Some(self.content.decoding.sample(&self.content.scene.textures[slot.texture], slot.uv(uv)))
     }
 
-    /// What a cut-out's texture lets stand.
+    /// Whether a triangle of a cut-out material exists at a point.
     pub fn uncut(&self, triangle: u32, uv: Vec2) -> bool {
         let (t, instance, m) = self.triangle(triangle);
         let k = self.corners(t, instance, uv);
@@ -70,8 +70,8 @@ impl World {
         alpha >= m.alpha_cutoff
     }
 
-    /// The share of light that goes through a surface: the material's transmission in the colour of its base; half of it at
-    /// each side of a closed mesh, which light crosses twice.
+    /// The share of light that a triangle lets through: the material's transmission times its base colour. Light crosses a closed
+    /// mesh twice, so that each side takes the square root.
     pub fn let_through(&self, triangle: u32, uv: Vec2) -> Vec3A {
         let (t, instance, m) = self.triangle(triangle);
         let k = self.corners(t, instance, uv);
@@ -121,7 +121,7 @@ impl World {
             let local = x * (bump.x * m.normal_scale) + y * (bump.y * m.normal_scale) + n * bump.z;
             n = normalize_or(local, n);
         }
-        // The interpolated normal of the side that is seen.
+        // The shading normal belongs to the side that is seen.
         if n.dot(face) < 0.0 {
             n = -n;
         }
@@ -130,7 +130,7 @@ impl World {
         let surface = Surface {
             normal: bend(n, v),
             face_normal: face,
-            // What a transmitting surface lets through is not seen again: one surface a pixel.
+            // Light that the surface transmits is lost to the picture, because a pixel shows only one surface.
             albedo: base * (1.0 - metallic) * (1.0 - m.transmission),
             f0: m.dielectric_f0 * (1.0 - metallic) + base * metallic,
             roughness: (m.roughness * roughness).clamp(0.0, 1.0),
@@ -139,7 +139,7 @@ impl World {
     }
 }
 
-/// Keeps a normal on the viewer's side: a normal map may turn it away, and reflection is undefined there.
+/// Bends a normal to the viewer's side. A normal map may turn it away from the viewer, where reflection is undefined.
 #[inline]
 fn bend(n: Vec3A, v: Vec3A) -> Vec3A {
     const LEAST: f32 = 0.01;

@@ -11,7 +11,7 @@ use super::world::World;
 pub struct Inputs<'a> {
     pub world: &'a World,
     pub table: &'a BrdfTable,
-    /// Where baked light stands in for the environment's.
+    /// Baked light, if it replaces the environment's diffuse light.
     pub gathered: Option<&'a Gathered>,
     pub frame: &'a FrameUniform,
     /// Some light casts a shadow.
@@ -38,7 +38,7 @@ impl BrdfTable {
     }
 }
 
-/// What the paths came to.
+/// Counts how paths ended.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Tally {
     pub below_horizon: u64,
@@ -60,7 +60,7 @@ impl Tally {
         self.light_rays += other.light_rays;
     }
 
-    /// In a frame's counters.
+    /// Adds them to a frame's counters.
     pub fn count(&self, counts: &mut Counts) {
         counts.below_horizon += self.below_horizon;
         counts.sky += self.sky;

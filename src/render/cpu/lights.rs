@@ -1,4 +1,4 @@
-//! Twin of `shaders/common/lights.glsl`: what punctual lights put on a surface and what leaves it towards v.
+//! Twin of `shaders/common/lights.glsl`: the light that arrives at a surface from punctual lights, and that leaves it towards v.
 
 use std::f32::consts::PI;
 
@@ -9,11 +9,12 @@ use super::brdf::{ggx_times_cosine, schlick};
 use super::math::{normalize_or, square};
 use super::surface::Surface;
 
-/// Punctual lights have no size; a mirror would show none of it. Their highlights are as wide as at this roughness.
+/// Punctual lights have no size, so that a mirror would not show them. Their highlights are computed with at least this
+/// roughness.
 const PUNCTUAL_ROUGHNESS: f32 = 0.1;
-/// A light is never nearer than this, in square metres.
+/// The least squared distance of a light, in square metres; a nearer light is treated as being that far away.
 const NEAREST_SQUARED: f32 = 1e-8;
-/// Beyond what any target holds, and finite after the lobe and a sum over lights.
+/// More than any target can hold, and still finite after the multiplication by the lobe and a sum over lights.
 const MOST_IRRADIANCE: Vec3A = Vec3A::splat(1e30);
 
 /// [`LightData`] in the types of this folder.
@@ -21,7 +22,7 @@ pub struct Light {
     pub kind: Kind,
     /// Irradiance (directional) or radiant intensity.
     color: Vec3A,
-    /// Radius, metres; of a directional light the tangent of half its angle.
+    /// Radius, metres; for a directional light the tangent of half its angular diameter.
     pub size: f32,
     pub casts_shadow: bool,
 }
@@ -66,7 +67,7 @@ impl Light {
                 let to_light = *at - position;
                 let d2 = to_light.dot(to_light).max(NEAREST_SQUARED);
                 let l = to_light * (1.0 / d2.sqrt());
-                // KHR_lights_punctual's window.
+                // The range's window function of KHR_lights_punctual.
                 let q = d2 / square(*range);
                 let window = (1.0 - q * q).clamp(0.0, 1.0);
                 let cone = cone.as_ref().map_or(1.0, |c| {
@@ -78,7 +79,7 @@ impl Light {
         }
     }
 
-    /// What it adds where nothing is in its way.
+    /// The outgoing light of this light, without shadows.
     #[inline]
     pub fn on(&self, s: &Surface, position: Vec3A, v: Vec3A) -> Vec3A {
         let (e, l) = self.incident(position);

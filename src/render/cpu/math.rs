@@ -2,9 +2,9 @@
 
 use glam::{Vec2, Vec3A};
 
-/// The largest finite number: the length of a ray that nothing ends.
+/// The largest finite number, which is the length of an unbounded ray.
 pub const FAR: f32 = f32::MAX;
-/// What a half-precision float holds, at the most.
+/// The largest finite number in half precision.
 pub const MOST_HALF: Vec3A = Vec3A::splat(65504.0);
 
 #[inline]
@@ -17,7 +17,7 @@ pub fn square(x: f32) -> f32 {
     x * x
 }
 
-/// To the nearest whole number, for magnitudes below 2²²: the sum has no bits left for a fraction.
+/// Rounds to the nearest whole number, for magnitudes below 2²²: the sum has no bits left for a fraction.
 #[inline]
 pub fn round(x: f32) -> f32 {
     const NO_FRACTION: f32 = 12_582_912.0;
@@ -57,20 +57,20 @@ impl Basis {
     }
 }
 
-/// The first normalised, or the second when it has no direction.
+/// The first vector, normalised; the second one when the first is too short or too long to normalise.
 #[inline]
 pub fn normalize_or(v: Vec3A, otherwise: Vec3A) -> Vec3A {
     let l = v.dot(v);
     if l > 1e-30 && l < 1e30 { v * (1.0 / l.sqrt()) } else { otherwise }
 }
 
-/// `d` mirrored in the plane of `n`, as GLSL has it: `d` points to the surface.
+/// `d` mirrored in the plane with normal `n`, as GLSL's `reflect`: `d` points towards the surface.
 #[inline]
 pub fn reflect(d: Vec3A, n: Vec3A) -> Vec3A {
     d - n * (2.0 * n.dot(d))
 }
 
-/// A unit vector as a point of the octahedron's unfolded square (Meyer et al. 2010).
+/// Octahedral encoding of a unit vector (Meyer et al. 2010).
 #[inline]
 pub fn octahedral(n: Vec3A) -> Vec2 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
@@ -89,13 +89,13 @@ pub fn from_octahedral(p: Vec2) -> Vec3A {
     Vec3A::new(toward_axis(p.x), toward_axis(p.y), z).normalize()
 }
 
-/// A number in [−1, 1] in 16 bits and back, as `packSnorm2x16` and `unpackSnorm2x16` do.
+/// Rounds a number in [−1, 1] to 16 bits, as `packSnorm2x16` and `unpackSnorm2x16` do.
 #[inline]
 fn through_snorm16(x: f32) -> f32 {
     (round(x.clamp(-1.0, 1.0) * 32767.0) / 32767.0).clamp(-1.0, 1.0)
 }
 
-/// A unit vector in the G-buffer's precision.
+/// Rounds a unit vector to the G-buffer's precision.
 #[inline]
 pub fn through_octahedral(n: Vec3A) -> Vec3A {
     let p = octahedral(n);

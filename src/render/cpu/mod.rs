@@ -1,10 +1,10 @@
-//! The reference's paths, and the shadows of the views, traced by the processor: other executors of the passes `path_trace`
-//! and `shadows`, for devices in software.
+//! The reference's paths and the shadows in the views, traced by the processor: a second implementation of the passes
+//! `path_trace` and `shadows`, for software devices. `prepared::record` runs it.
 //!
-//! The device draws the G-buffer and lists the pixels that reflect; both are read back, all cores trace the paths, and the
-//! mean and its standard error are written into the images that the shader would have written. One file stands for one
-//! shader include and says what that says: materials, lights, shadows, the environment, baked light, and the very random
-//! numbers of each pixel and sample. The pictures agree but for rounding; `tests/cpu.rs` holds them together.
+//! The device draws the G-buffer and lists the pixels that reflect. Both are read back, all cores trace the paths, and the
+//! mean and its standard error are written into the images that the shader would have written. Each file is the twin of one or
+//! a few shader includes and computes the same: materials, lights, shadows, the environment, baked light, and the random
+//! numbers of each pixel and sample. The pictures agree except for rounding, which `tests/cpu.rs` checks.
 
 mod baked;
 mod brdf;
@@ -32,7 +32,7 @@ pub(super) use world::{Content, World};
 use super::method::{HitSource, Method};
 use super::settings::Trace;
 
-/// Changes with every change of this folder that changes a picture: part of its address.
+/// Must be changed with every change of this folder that changes a picture. It is part of the picture's address.
 pub const VERSION: u32 = 2;
 
 /// Whether the processor traces a method's paths, on a device of this kind (see `DeviceInfo::kind`).
@@ -42,7 +42,7 @@ pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
     is_reference && serves(trace, device_kind)
 }
 
-/// Whether the processor traces what it can, on a device of this kind.
+/// Whether the processor traces what it can trace, on a device of this kind.
 pub fn serves(trace: Trace, device_kind: &str) -> bool {
     match trace {
         Trace::Auto => device_kind == "cpu",

@@ -1,10 +1,10 @@
-//! Work that is cut into chunks, on all cores.
+//! Distributes chunks of work over all cores.
 
 use std::sync::Mutex;
 use std::thread;
 
-/// Hands each chunk to a thread that has nothing to do, and gives what the threads held in the end, one value a thread.
-/// `start` makes what a thread holds, `each` works on a chunk.
+/// Gives each chunk to a thread that is idle, and returns the final state of every thread. `start` makes a thread's state; `each`
+/// works on a chunk.
 pub fn on_all_cores<C: Send, T: Send>(
     chunks: impl Iterator<Item = C> + Send,
     start: impl Fn() -> T + Sync,

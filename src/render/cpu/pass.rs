@@ -1,4 +1,5 @@
-//! Between the device's images and the processor's sums.
+//! The pass that traces the reference's paths on the processor: reads the device's images back, adds samples, and writes the
+//! results to the device.
 
 use std::rc::Rc;
 use std::time::Instant;
@@ -19,7 +20,7 @@ use super::inputs::{BrdfTable, Inputs, Tally};
 use super::path_trace::{KeptPixel, Pixel, Sums, add_samples};
 use super::world::World;
 
-/// Stands in for [`super::super::path_trace::PathTracePass`].
+/// Replaces [`super::super::path_trace::PathTracePass`].
 pub struct CpuPathTrace {
     gpu: Rc<Gpu>,
     table: BrdfTable,
@@ -27,7 +28,7 @@ pub struct CpuPathTrace {
     indirect: bool,
 }
 
-/// A frame's pixels on their way.
+/// The pixels of a frame while their samples are added.
 pub struct Paths<'a> {
     pass: &'a CpuPathTrace,
     world: &'a World,
@@ -41,7 +42,7 @@ pub struct Paths<'a> {
 
 impl CpuPathTrace {
     /// # Errors
-    /// What the device said: the BRDF table is read back.
+    /// When the BRDF table cannot be read back.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs, context: &Context) -> Result<CpuPathTrace, GpuError> {
         let bytes = read_image(gpu, &context.brdf_table)?;
         let half = |b: &[u8]| f16::from_le_bytes([b[0], b[1]]).to_f32();
@@ -50,11 +51,11 @@ impl CpuPathTrace {
         Ok(CpuPathTrace { gpu: Rc::clone(gpu), table, shadows: needs.shadows, indirect: needs.indirect })
     }
 
-    /// Reads back what the device has drawn and listed; it has been waited for. Goes on from `kept`, if those are the sums
-    /// of the same pixels.
+    /// Reads back what the device has drawn and listed, by frames that must have finished. Continues from `kept`, if those are
+    /// the sums of the same pixels.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn begin<'a>(
         &'a self,
         world: &'a World,
@@ -64,7 +65,7 @@ impl CpuPathTrace {
     ) -> Result<Paths<'a>, GpuError> {
         let started = Instant::now();
         let mut listed = list.read(&self.gpu)?;
-        // Row by row, whatever the order in which the device's threads wrote: neighbours meet the same geometry.
+        // Sorted row by row, because neighbours meet the same geometry; the device's threads wrote them in any order.
         listed.sort_unstable();
         let depth = read_image(&self.gpu, &gbuffer.depth)?;
         let surface = read_image(&self.gpu, &gbuffer.surface)?;
@@ -87,7 +88,7 @@ impl CpuPathTrace {
 }
 
 impl Paths<'_> {
-    /// Adds so many samples to each pixel.
+    /// Adds this many samples to each pixel.
     pub fn add(&mut self, count: u32, counts: &mut Counts) {
         let frame = self.context.uniform();
         let inputs = Inputs {
@@ -103,7 +104,7 @@ impl Paths<'_> {
         self.samples += count;
     }
 
-    /// So far, of each pixel.
+    /// The number of samples of each pixel so far.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -118,10 +119,10 @@ impl Paths<'_> {
         relative_error(|| results().map(|(mean, error)| (mean.truncate(), error.into())))
     }
 
-    /// Writes mean and standard error into the pass' images, and says how long it all took.
+    /// Writes mean and standard error into the pass' images, and returns the time since [`CpuPathTrace::begin`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn finish(self, out: &PathTraced, counts: &mut Counts) -> Result<PassTime, GpuError> {
         let size = out.reflection.extent();
         let texels = 2 * size.0 as usize * size.1 as usize;

@@ -1,5 +1,5 @@
-//! Twin of `shaders/path_trace.comp`: adds samples to the listed pixels, on all cores. A pixel belongs to one thread at a
-//! time and asks nothing of its neighbours, so that the sums do not depend on how many there are.
+//! Twin of `shaders/path_trace.comp`: adds samples to the listed pixels, on all cores. Each pixel is processed by one thread and
+//! does not depend on its neighbours, so that the sums do not depend on the number of threads.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3A, Vec3A, Vec4};
@@ -15,19 +15,19 @@ use super::shade::{Draws, LightWalk, Shading};
 use super::surface::Surface;
 use super::tree::Stack;
 
-/// Pixels that a thread takes at a time.
+/// The number of pixels that a thread takes at a time.
 const AT_A_TIME: usize = 64;
 
-/// A listed pixel: what it shows, and its sums so far.
+/// A listed pixel: its surface, and its sums so far.
 pub struct Pixel {
-    /// x and y in 14 bits each, then the eye, as `pack_pixel` has it.
+    /// x and y in 14 bits each, then the eye, as packed by `pack_pixel` of ray_list.glsl.
     packed: u32,
     depth: f32,
     surface: [u32; 4],
     sum: Vec3A,
     compensation: Vec3A,
     squares: Vec3A,
-    /// Σ w/distance and Σ w, w the luminance of a sample's weight.
+    /// Σ w/distance and Σ w, where w is the luminance of a sample's weight.
     nearness: [f32; 2],
 }
 
@@ -46,7 +46,7 @@ pub struct KeptPixel {
 /// The sums of a view's listed pixels, from which more samples can be added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
-    /// Of each pixel.
+    /// Number of samples of each pixel.
     pub samples: u32,
     pub pixels: Vec<KeptPixel>,
 }
@@ -70,7 +70,7 @@ pub fn add_samples(inputs: &Inputs<'_>, pixels: &mut [Pixel], (first, count): (u
 }
 
 impl Pixel {
-    /// Without a sample yet.
+    /// A pixel without samples.
     pub fn new(packed: u32, depth: f32, surface: [u32; 4]) -> Pixel {
         let zero = Vec3A::ZERO;
         Pixel { packed, depth, surface, sum: zero, compensation: zero, squares: zero, nearness: [0.0; 2] }
@@ -90,7 +90,7 @@ impl Pixel {
         }
     }
 
-    /// Goes on from the sums of the same pixel.
+    /// Continues from kept sums of the same pixel.
     pub fn take_up(&mut self, kept: &KeptPixel) {
         self.sum = Vec3A::from(kept.sum);
         self.compensation = Vec3A::from(kept.compensation);
@@ -98,8 +98,8 @@ impl Pixel {
         self.nearness = kept.nearness;
     }
 
-    /// What the pass leaves of n samples: the mean reflection with 1 / how far away the pixel reflects (1/m; 0 the sky, −1
-    /// unknown), and its standard error.
+    /// The result of n samples: the mean reflection with 1 / the distance of what is reflected (1/m; 0 the sky, −1 unknown), and
+    /// the mean's standard error.
     pub fn result(&self, n: u32) -> (Vec4, Vec3A) {
         let n = n as f32;
         let mean = self.sum / n;
@@ -117,10 +117,10 @@ impl KeptPixel {
     }
 }
 
-/// What a thread holds.
+/// A thread's state.
 struct Tracer<'a> {
     shading: Shading<'a>,
-    /// Of the pixel at hand, one a light.
+    /// For the current pixel, one for each light.
     light_draws: Vec<Sequence>,
 }
 
@@ -156,7 +156,7 @@ impl Tracer<'_> {
                     ray.weight * radiance
                 }
             };
-            // Kahan 1965.
+            // Compensated summation (Kahan 1965).
             let y = x - pixel.compensation;
             let t = pixel.sum + y;
             pixel.compensation = (t - pixel.sum) - y;
@@ -165,7 +165,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// What a ray sees, and how far away it is; `None`: the sky.
+    /// The radiance that a ray sees, and the distance of its hit; `None`: the sky.
     fn radiance(&mut self, origin: Vec3A, direction: Vec3A, index: u32) -> (Vec3A, Option<f32>) {
         let world = self.shading.inputs.world;
         let uncut = |triangle, uv| world.uncut(triangle, uv);
@@ -181,7 +181,7 @@ impl Tracer<'_> {
         let tally = &mut self.shading.tally;
         tally.nan += u64::from(radiance.is_nan());
         tally.clamped += u64::from(radiance.cmpge(MOST_HALF).any());
-        // What screen space could have seen: no more than fp16 holds.
+        // Limited to what fp16 holds, because the screen-space methods cannot see more.
         (radiance.min(MOST_HALF), Some(hit.t))
     }
 }
@@ -219,12 +219,13 @@ impl View {
         self.eye
     }
 
-    /// Of a pixel's place and raw depth.
+    /// The position in render space of a point of the image (in pixels) with a raw depth.
     pub fn position(&self, [x, y]: [f32; 2], depth: f32) -> Vec3A {
         self.eye + (self.first + self.across * x + self.down * y) * (self.near / depth)
     }
 
-    /// Where a reflection ray starts: off the plane by what half a pixel of it can rise above its centre's depth.
+    /// Where a reflection ray starts: lifted off the surface by as much as the surface's plane can rise, within half a pixel,
+    /// above the depth at the pixel's centre.
     fn ray_origin(&self, position: Vec3A, face_normal: Vec3A, depth: f32) -> Vec3A {
         let n = self.view_from_render * face_normal;
         let pixel_size = self.across.length().max(self.down.length());

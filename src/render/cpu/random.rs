@@ -1,9 +1,9 @@
-//! Twin of `shaders/common/random.glsl`: the same numbers, bit by bit. What depends on the pixel and the purpose alone is
-//! hashed once for all samples of a [`Sequence`], and the second Sobol dimension is a table's.
+//! Twin of `shaders/common/random.glsl`: the same numbers to the bit. What depends only on the pixel and the purpose is hashed
+//! once for all samples of a [`Sequence`], and the second Sobol dimension is looked up in a table.
 
-/// Where the rim rays of a penumbra's first question begin.
+/// Purpose of the random rotation of the rays to a light's rim.
 pub const DRAW_RIM: u32 = 5;
-/// The point of light i on its disc is drawn for the purpose `DRAW_LIGHT` + i.
+/// The numbers that choose a point on the disc of light i have the purpose `DRAW_LIGHT` + i.
 pub const DRAW_LIGHT: u32 = 16;
 
 #[inline]
@@ -59,7 +59,7 @@ const fn sobol_second(mut index: u32) -> u32 {
     result
 }
 
-/// 24 bits: the largest value is below 1.
+/// A number in [0, 1) from the upper 24 bits.
 #[inline]
 fn unit_float(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
@@ -86,7 +86,7 @@ impl Sequence {
         Sequence { order, first: combine(order, 1), second: combine(order, 2) }
     }
 
-    /// `draw_2d`: of one purpose.
+    /// The points for one purpose, as `draw_2d`.
     pub fn of_purpose(seed: u32, purpose: u32, token: u32, pixel: [u32; 2]) -> Sequence {
         Sequence::new(combine(seed, purpose), token, pixel)
     }

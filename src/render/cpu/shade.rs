@@ -1,5 +1,5 @@
-//! Twin of `shaders/common/shade.glsl`, `shade_hit.glsl` and `shadow.glsl`: light that leaves what a ray of the geometry
-//! hit, and which share of each light reaches it.
+//! Twin of `shaders/common/shade.glsl`, `shade_hit.glsl` and `shadow.glsl`: the light that leaves the point where a ray hit the
+//! scene's geometry, and the share of each light that reaches that point.
 
 use std::f32::consts::PI;
 
@@ -15,11 +15,11 @@ use super::surface::Surface;
 use super::tree::{Intersection, Obstacle, Stack};
 use super::world::World;
 
-/// How far off its plane a ray to a light starts, as a share of the distance from the head: more than what rounding can
-/// put a point below its triangle.
+/// How far off the surface's plane a ray to a light starts, as a share of the distance from the head. Rounding can put a point
+/// below its triangle by less than this.
 const SHADOW_OFFSET: f32 = 2e-4;
 
-/// From the unit square to the unit disc (Shirley & Chiu 1997), neighbours to neighbours.
+/// Maps the unit square to the unit disc so that neighbours stay neighbours (Shirley & Chiu 1997).
 pub fn on_disc(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {
@@ -32,14 +32,14 @@ pub fn on_disc(u: [f32; 2]) -> Vec2 {
     Vec2::new(cos, sin) * r
 }
 
-/// The sample that a hit belongs to.
+/// The random numbers of the sample to which a hit belongs.
 pub struct Draws<'a> {
-    /// Points of the lights that have a size; those of others are not drawn.
+    /// For each light the sequence of points on its disc; used only for lights that have a size.
     pub lights: &'a [Sequence],
     pub index: u32,
 }
 
-/// What a thread needs besides the scene.
+/// A thread's state for shading hits.
 pub struct Shading<'a> {
     pub inputs: &'a Inputs<'a>,
     pub stack: Stack,
@@ -48,8 +48,8 @@ pub struct Shading<'a> {
 }
 
 impl Shading<'_> {
-    /// Emission, punctual lights in their shadows, baked light or the diffuse environment, and the specular environment only
-    /// where no ray is traced.
+    /// The light that leaves a hit: emission, punctual lights with their shadows, baked light or the diffuse environment, and the
+    /// specular environment where the surface is too rough for a ray.
     pub fn shade_hit(
         &mut self,
         (s, emission): (&Surface, Vec3A),
@@ -96,14 +96,14 @@ impl Shading<'_> {
     }
 }
 
-/// A thread's walks from surfaces to lights.
+/// A thread's state for rays from surfaces to lights.
 pub struct LightWalk<'a> {
     world: &'a World,
     stack: Stack,
-    /// How many.
+    /// The number of rays so far.
     pub rays: u64,
-    /// Of each light, the pack of triangles that hid it last. Neighbours are mostly hidden by the same one, so that it is
-    /// asked before the tree. The answer stays the same, because one opaque triangle hides a light, whichever it is.
+    /// For each light the pack of triangles that hid it last. The same pack often hides it from the next point, so it is tested
+    /// before the tree. The result is the same, because any opaque triangle hides the light.
     hid_last: Vec<Option<u32>>,
 }
 
@@ -112,8 +112,8 @@ impl<'a> LightWalk<'a> {
         LightWalk { world, stack: Stack::new(), rays: 0, hid_last: vec![None; world.lights.len()] }
     }
 
-    /// Which share of a light that casts shadows reaches a point. `index` is the light's, `disc` says which point of the
-    /// light is asked, on the unit disc.
+    /// The share of a shadow-casting light that reaches a point. `index` is the light's; `disc` gives the point of the light,
+    /// as a point of the unit disc.
     pub fn share(&mut self, index: usize, position: Vec3A, face_normal: Vec3A, disc: impl FnOnce() -> Vec2) -> Vec3A {
         let light = &self.world.lights[index];
         let origin = position + face_normal * (SHADOW_OFFSET * position.length());
@@ -122,7 +122,7 @@ impl<'a> LightWalk<'a> {
             basis.x * (size * disc.x) + basis.y * (size * disc.y)
         };
         let mut toward;
-        // The matter that a light stands on does not hide it.
+        // The ray ends just before the light, so that a surface on which the light lies does not hide it.
         let mut t_max = 1.0 - 1e-4;
         match light.kind {
             Kind::Directional(direction) => {
@@ -135,7 +135,7 @@ impl<'a> LightWalk<'a> {
             Kind::At { position, .. } => {
                 toward = position - origin;
                 let d = toward.length();
-                // A point within the light sees it as a disc half as far away as its centre.
+                // The disc is never wider than its distance from the point, not even for a point inside the light.
                 if light.size > 0.0 && d > 0.0 {
                     toward += across(toward / d, light.size.min(0.5 * d), disc());
                 }

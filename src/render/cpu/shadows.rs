@@ -1,4 +1,4 @@
-//! Twin of `shaders/shadows.comp`: what the punctual lights put on each pixel of the views, in the shadows of all matter.
+//! Twin of `shaders/shadows.comp`: the outgoing light of the punctual lights at each pixel of the views, with shadows.
 
 use std::f32::consts::TAU;
 use std::rc::Rc;
@@ -20,27 +20,27 @@ use super::shade::{LightWalk, on_disc};
 use super::surface::Surface;
 use super::world::World;
 
-/// Shares of a light's disc that differ by less are alike: what goes through glass is rounded in the order in which the
-/// ray met it.
+/// Shares of a light that differ by less than this count as equal, because the share that glass lets through is rounded
+/// differently for each order of surfaces.
 const ALIKE: f32 = 1e-3;
 
-/// Stands in for [`super::super::shadows::ShadowsPass`].
+/// Replaces [`super::super::shadows::ShadowsPass`].
 pub struct CpuShadows {
     gpu: Rc<Gpu>,
     soft_rays: u32,
 }
 
 impl CpuShadows {
-    /// `soft_rays`: rays to a light that has a size, a pixel.
+    /// `soft_rays`: rays to a light that has a size, for each pixel in its penumbra.
     pub fn new(gpu: &Rc<Gpu>, soft_rays: u32) -> CpuShadows {
         CpuShadows { gpu: Rc::clone(gpu), soft_rays }
     }
 
-    /// Reads back what the device has drawn, which has been waited for, and writes `direct`. `finer` samples along a side of
-    /// a pixel share the pixel's rays among them.
+    /// Reads back what the device has drawn, by a frame that must have finished, and writes `direct`. `finer`: see
+    /// [`super::super::shadows::ShadowsPass::record`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn run(
         &self,
         world: &World,
@@ -77,11 +77,11 @@ impl CpuShadows {
     }
 }
 
-/// What a thread holds.
+/// A thread's state.
 struct Lit<'a> {
     world: &'a World,
     frame: &'a FrameUniform,
-    /// Of the first question, and in a penumbra.
+    /// The numbers of rays to a light's rim, and in its penumbra.
     rays: (u32, u32),
     walk: LightWalk<'a>,
 }
@@ -90,7 +90,7 @@ impl Lit<'_> {
     fn pixel(&mut self, view: &View, surface: Surface, depth: f32, [x, y, eye]: [u32; 3]) -> Vec3A {
         let position = view.position([x as f32 + 0.5, y as f32 + 0.5], depth);
         let v = (view.eye() - position).normalize();
-        // As in the shader: a guard band does not change the random numbers of what is shown.
+        // As in the shader, a guard band does not change the random numbers of the pixels that are shown.
         let [left, top] = self.frame.guard;
         let shown = [x.wrapping_sub(left), y.wrapping_sub(top), eye];
         let mut direct = Vec3A::ZERO;
@@ -103,8 +103,9 @@ impl Lit<'_> {
         direct
     }
 
-    /// Whether all that stands on the rim of the light's disc is alike is asked first: where it is, the light is whole or
-    /// hidden, because an edge across the disc that none of six rays finds hides at most 3 % of it.
+    /// The share of a light that reaches a point. For a light with a size, a few rays to the rim of its disc first ask whether
+    /// all of the rim is equally visible. If it is, all of the disc counts as visible or hidden: an edge across the disc that
+    /// none of six rays finds hides at most 3 % of it.
     fn mean_share(
         &mut self,
         (i, light): (u32, &Light),
@@ -130,7 +131,7 @@ impl Lit<'_> {
         if (high - low).max_element() < ALIKE {
             return low;
         }
-        // The random numbers do not depend on the seed: a view's shadows are one pattern, as its geometry is.
+        // The random numbers do not depend on the seed, so that a view's shadows are as fixed as its geometry.
         let points = Sequence::of_purpose(0, DRAW_LIGHT + i, eye, [x, y]);
         let sum: Vec3A = (0..soft_rays).map(|k| share(on_disc(points.sample(k)))).sum();
         sum / soft_rays as f32

@@ -1,4 +1,4 @@
-//! Twin of `shaders/common/surface.glsl`: a surface, and the precision in which the G-buffer keeps one.
+//! Twin of `shaders/common/surface.glsl`: a surface, and the precision with which the G-buffer stores it.
 
 use glam::Vec3A;
 
@@ -8,9 +8,9 @@ use super::math::{round, through_octahedral, unpack_direction, unpack_unorm};
 pub struct Surface {
     /// Shading normal, bent to the viewer's side.
     pub normal: Vec3A,
-    /// Of the triangle, on the viewer's side.
+    /// Normal of the triangle, on the viewer's side.
     pub face_normal: Vec3A,
-    /// Of the diffuse part, linear.
+    /// Albedo of the diffuse part, linear.
     pub albedo: Vec3A,
     /// Reflectance at normal incidence, linear.
     pub f0: Vec3A,
@@ -34,7 +34,8 @@ impl Surface {
         }
     }
 
-    /// `unpack_surface(pack_surface(…))`: as screen space sees it.
+    /// Rounds to the G-buffer's precision, as `unpack_surface(pack_surface(…))`, so that the reference sees the same surface as
+    /// the screen-space methods.
     #[inline]
     pub fn through_gbuffer(self) -> Surface {
         Surface {
@@ -47,7 +48,7 @@ impl Surface {
     }
 }
 
-/// Square roots in eight bits.
+/// Rounds a colour as the G-buffer does, which stores its square root in eight bits.
 #[inline]
 fn through_square_root(c: Vec3A) -> Vec3A {
     let root = |x: f32| {

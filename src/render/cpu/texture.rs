@@ -4,7 +4,7 @@ use glam::{Vec2, Vec4};
 
 use crate::scene::{Texture, Wrap};
 
-/// Values of a byte: linear, and sRGB decoded.
+/// Tables of the values of a byte: linear, and decoded from sRGB.
 pub struct Decoding {
     linear: [f32; 256],
     srgb: [f32; 256],
@@ -29,7 +29,7 @@ impl Decoding {
     }
 
     pub fn sample(&self, t: &Texture, uv: Vec2) -> Vec4 {
-        // Far outside the first period a float has no fraction left.
+        // The clamp is there because a float far outside the first period has no fraction left.
         let p = uv.clamp(Vec2::splat(-1e4), Vec2::splat(1e4)) * Vec2::new(t.width as f32, t.height as f32);
         if t.nearest {
             return self.texel(t, p.x.floor() as i32, p.y.floor() as i32);

@@ -1,8 +1,8 @@
-//! The BVH that the processor walks: obvhs' binary tree with every second level taken out, four children a node and four
-//! triangles a leaf, so that one vector instruction asks all four.
+//! The BVH that the processor traverses. It is obvhs' binary tree, collapsed to four children for each node, with the
+//! triangles of its leaves in packs of four, so that vector instructions test all four at once.
 //!
-//! Sources: Wald, Benthin & Boulos 2008 (wide trees); Möller & Trumbore 1997; slab test with the direction's inverse, the
-//! exit a few ulps later (Ize 2013). Answers as `shaders/common/bvh.glsl` does, but for rounding.
+//! Sources: Wald, Benthin & Boulos 2008 (wide trees); Möller & Trumbore 1997; slab test with the direction's inverse, with the
+//! exit moved a few ulps back (Ize 2013). The results equal those of `shaders/common/bvh.glsl`, except for rounding.
 
 use glam::{Vec2, Vec3A, Vec4};
 use obvhs::bvh2::Bvh2;
@@ -11,9 +11,9 @@ use super::super::bvh::binary_tree;
 use super::super::shared::{DOUBLE_SIDED, LEAF, MASKED, TriangleData};
 use super::math::FAR;
 
-/// Children of a node and triangles of a leaf.
+/// The number of children of a node, and of triangles in a pack.
 const WIDTH: usize = 4;
-/// Where a leaf keeps how many packs of triangles it has.
+/// The lowest bit of a leaf's number of packs, less one.
 const COUNT_SHIFT: u32 = 28;
 
 /// The bounds of four children, coordinate by coordinate.
@@ -21,33 +21,34 @@ const COUNT_SHIFT: u32 = 28;
 struct Node {
     /// Lower and upper corners.
     bounds: [[Vec4; 3]; 2],
-    /// The index of a node, or [`LEAF`] | packs − 1 << [`COUNT_SHIFT`] | first pack. Of a child that is not there the lower
-    /// corner lies beyond the upper one.
+    /// The index of a node, or [`LEAF`] | packs − 1 << [`COUNT_SHIFT`] | first pack. A missing child has a lower corner beyond
+    /// its upper one, so that no ray enters it.
     children: [u32; WIDTH],
 }
 
-/// Four triangles, coordinate by coordinate; one that is not there has no area.
+/// Four triangles, coordinate by coordinate; missing ones have no area.
 struct Pack {
     v0: [Vec4; 3],
     edge1: [Vec4; 3],
     edge2: [Vec4; 3],
-    /// What (edge1 × direction) · edge2 must exceed to be seen: 0 the front, less: both sides.
+    /// edge1 · (direction × edge2) must exceed this for a triangle to be seen: 0 for single-sided triangles, the most negative
+    /// number for double-sided ones.
     facing: Vec4,
     triangles: [u32; WIDTH],
     flags: [u32; WIDTH],
 }
 
-/// Where a ray first meets the scene.
+/// The nearest hit of a ray.
 #[derive(Debug, Clone, Copy)]
 pub struct Intersection {
-    /// In lengths of the direction.
+    /// Distance, in lengths of the direction.
     pub t: f32,
     /// Weights of the second and third corner.
     pub uv: Vec2,
     pub triangle: u32,
 }
 
-/// A triangle that stands in a ray's way.
+/// A triangle that a ray to a light meets.
 #[derive(Debug, Clone, Copy)]
 pub struct Obstacle {
     pub triangle: u32,
@@ -59,7 +60,7 @@ pub struct Obstacle {
     pub pack: u32,
 }
 
-/// What a walk has yet to visit, and how far away it begins.
+/// The nodes and leaves that a traversal has yet to visit, each with the distance at which the ray enters it.
 pub type Stack = Vec<(u32, f32)>;
 
 /// See the module's documentation.
@@ -70,7 +71,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Over triangles in render space; they are named by their index.
+    /// A tree over triangles in render space, to which hits refer by their index.
     pub fn new(triangles: &[TriangleData]) -> Tree {
         let binary = binary_tree(triangles, WIDTH as u32);
         let mut tree = Tree { nodes: Vec::new(), packs: Vec::new(), root: 0 };
@@ -81,7 +82,7 @@ impl Tree {
         tree
     }
 
-    /// Adds what hangs on a node of the binary tree, and gives its reference.
+    /// Adds a node of the binary tree with everything below it, and returns its reference for [`Node::children`].
     fn add(&mut self, binary: &Bvh2, triangles: &[TriangleData], at: usize) -> u32 {
         let node = &binary.nodes[at];
         if node.prim_count > 0 {
@@ -119,8 +120,8 @@ impl Tree {
         index as u32
     }
 
-    /// The nearest triangle that is seen along the ray: front faces unless double-sided, and of what may be cut out only
-    /// what `uncut` lets stand.
+    /// The nearest triangle that a ray sees: front faces, both faces of double-sided triangles, and of cut-out triangles only
+    /// points for which `uncut` holds.
     #[inline]
     pub fn nearest(
         &self,
@@ -148,7 +149,7 @@ impl Tree {
                     let lane = hits.trailing_zeros() as usize & 3;
                     hits &= hits - 1;
                     stack.push((node.children[lane], near[lane]));
-                    // The nearest on top.
+                    // Sorted so that the nearest child is on top.
                     let mut k = stack.len() - 1;
                     while k > bottom && stack[k - 1].1 < stack[k].1 {
                         stack.swap(k - 1, k);
@@ -184,7 +185,8 @@ impl Tree {
         }
     }
 
-    /// Shows every triangle on the way to `t_max`, from either side and in no order; the walk ends where `see` says false.
+    /// Calls `see` for every triangle that the ray meets before `t_max`, from either side and in no particular order. The
+    /// traversal ends when `see` returns false.
     #[inline]
     pub fn every(
         &self,
@@ -224,7 +226,7 @@ impl Tree {
         }
     }
 
-    /// As [`Tree::every`], of one pack alone. Gives false where `see` has said false.
+    /// As [`Tree::every`], for the triangles of one pack. Returns false if `see` has returned false.
     #[inline]
     pub fn every_of_pack(
         &self,
@@ -284,12 +286,12 @@ impl Pack {
     }
 }
 
-/// A ray, coordinate by coordinate.
+/// A ray, coordinate by coordinate, each in all four lanes.
 struct Ray {
     origin: [Vec4; 3],
     direction: [Vec4; 3],
     inverse: [Vec4; 3],
-    /// Which of a box's corners it meets first: 0 the lower, 1 the upper.
+    /// For each axis, which of a box's bounds the ray meets first: 0 the lower, 1 the upper.
     near: [usize; 3],
 }
 
@@ -298,9 +300,9 @@ struct Meetings {
     t: Vec4,
     u: Vec4,
     v: Vec4,
-    /// Above 0: the front.
+    /// Above 0: the ray meets the front.
     facing: Vec4,
-    /// A bit a triangle that is met.
+    /// One bit for each triangle, set if the ray meets it.
     hits: u32,
 }
 
@@ -321,7 +323,7 @@ impl Ray {
         }
     }
 
-    /// How far away each box begins, and a bit a box that is entered before `t_max`.
+    /// The distance at which the ray enters each box, and one bit for each box, set if it is entered before `t_max`.
     #[inline(always)]
     fn enter(&self, bounds: &[[Vec4; 3]; 2], t_max: f32) -> (Vec4, u32) {
         let [x, y, z] = self.near;

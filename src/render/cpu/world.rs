@@ -1,5 +1,5 @@
-//! A scene as the processor traces it: geometry, materials and light in its own memory, relative to the head as on the
-//! device.
+//! A scene in the form in which the processor traces it: geometry, materials and lights in the host's memory, relative to the
+//! head as on the device.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::lights::Light;
 use super::texture::Decoding;
 use super::tree::Tree;
 
-/// What does not depend on where anything stands.
+/// What does not depend on the head or on the instances' transforms.
 pub struct Content {
     pub scene: Arc<Scene>,
     pub vertices: Vec<Vertex>,
@@ -90,7 +90,7 @@ impl Slot {
         })
     }
 
-    /// Of a vertex' two pairs of coordinates.
+    /// The texture coordinates of this slot, from both pairs of a vertex' coordinates.
     #[inline]
     pub fn uv(&self, uv: Vec4) -> Vec2 {
         let p = if self.second_uv { Vec3A::new(uv.z, uv.w, 1.0) } else { Vec3A::new(uv.x, uv.y, 1.0) };
@@ -100,7 +100,7 @@ impl Slot {
 
 /// [`InstanceData`] in the types of this folder.
 pub struct Instance {
-    /// Of directions.
+    /// For directions: without the translation.
     pub render_from_object: Mat3A,
     pub normal_matrix: Mat3A,
     pub material: u32,
@@ -137,7 +137,7 @@ pub struct World {
 }
 
 impl World {
-    /// With the instances at `places`.
+    /// The scene relative to `head`, with the instances' transforms in `places`.
     pub fn new(content: &Arc<Content>, places: &[DAffine3], head: DVec3) -> World {
         let Content { scene, ranges, .. } = &**content;
         let triangles = world_triangles(scene, places, ranges, head);

@@ -1,7 +1,7 @@
-//! A view and a method made ready on a device: the passes in order, and what their frames share.
+//! A view and a method, prepared on a device: the passes in their order, and what all of their frames share.
 //!
-//! Made once, run for as many frames, seeds and (in the same place) camera poses as are asked: nothing is allocated and
-//! no pipeline is made again.
+//! `Renderer::prepare` makes a [`Prepared`]. It renders any number of frames with different seeds and camera poses, without
+//! allocating images or making pipelines again. Camera poses must stay near the first one (see [`Prepared::set_camera`]).
 
 mod read;
 mod record;
@@ -51,14 +51,14 @@ use super::trace::TracePass;
 use super::trace_geometry::TraceGeometryPass;
 use super::upload::{EnvironmentMaps, SceneResources};
 
-/// The passes of a frame, made for its needs.
+/// The passes of a frame; `None` for those that it does not need.
 struct Passes {
     gbuffer: GBufferPass,
     back_face: Option<BackFacePass>,
     shadows: Option<ShadowsPass>,
     mapped_shadows: Option<MappedShadowsPass>,
     indirect: Option<IndirectPass>,
-    /// Stands in for `shadows` where the eyes share shading.
+    /// Replaces `shadows` where the eyes share their shading.
     shading_reuse: Option<ShadingReusePass>,
     ao: Option<AoPass>,
     lighting: LightingPass,
@@ -69,7 +69,7 @@ struct Passes {
     accumulate: Option<AccumulatePass>,
     reproject: Option<ReprojectPass>,
     path_trace: Option<PathTracePass>,
-    /// Or the processor's, which also finds the views' shadows.
+    /// This and the next replace `shadows` and `path_trace` where the processor traces.
     cpu_shadows: Option<CpuShadows>,
     cpu_path_trace: Option<CpuPathTrace>,
     composite: CompositePass,
@@ -135,20 +135,20 @@ pub struct Prepared {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Option<Rc<RayScene>>,
-    /// The same for the processor's paths.
+    /// The geometry for the processor, if it traces paths or shadows.
     world: Option<Rc<World>>,
-    /// The geometry for rays that the views lose, built when the first one is lost.
+    /// Builds the geometry for lost rays when the first ray is lost.
     lazy_rays: Rc<LazyRays>,
-    /// Made then, too.
+    /// Made at the same time.
     trace_geometry: OnceCell<TraceGeometryPass>,
-    /// What unknown rays see, where that is not the scene's environment.
+    /// What stands in for unknown rays, if that is a probe.
     probe: Option<Rc<EnvironmentMaps>>,
-    /// Where the views' shadows are looked up, if rays do not find them.
+    /// If the shadows in the views are looked up in maps.
     shadow_maps: Option<Rc<ShadowMaps>>,
     needs: Needs,
-    /// Of what moves by itself, seconds.
+    /// Time in the scene's motions, seconds.
     time_s: f64,
-    /// Where the instances stand.
+    /// The instances' transforms.
     places: Vec<DAffine3>,
     framing: Framing,
     method: Method,
@@ -156,40 +156,42 @@ pub struct Prepared {
     camera: StereoCamera,
     context: Context,
     targets: Targets,
-    /// Where frames are accumulated.
+    /// If frames are accumulated.
     history: Option<History>,
     /// With antialiasing.
     fine: Option<Fine>,
     passes: Passes,
-    /// What lights and baked light put on the view is still that of the last frame: it depends on neither seed nor method.
+    /// The light of the punctual lights and the baked light of the view are on the device already. They depend neither on the
+    /// seed nor on the method, so that they are computed again only when the camera or an instance has moved.
     lit: Cell<bool>,
-    /// When the reference's paths are enough before all are traced.
+    /// The relative error at which the reference stops before all its samples are traced; see [`Prepared::set_until`].
     until: Option<f64>,
     paths: RefCell<PathsSoFar>,
 }
 
-/// The reference's paths from frame to frame, where somebody asked to keep them.
+/// The state of the reference's paths between frames.
 #[derive(Default)]
 struct PathsSoFar {
+    /// Whether the sums are kept after a frame; see [`Prepared::take_up`].
     kept: bool,
     sums: Option<Sums>,
-    /// Samples, and the relative error that they were found to have.
+    /// The number of samples at each check of the last frame, and the relative error at that check.
     checks: Vec<(u32, f64)>,
-    /// Of the last frame.
+    /// The number of samples of the last frame.
     samples: u32,
 }
 
-/// What is known of a frame besides its images.
+/// The times and counters of a frame.
 #[derive(Debug, Clone)]
 pub struct FrameReport {
-    /// In order; passes that ran more than once (each eye, each sample) are summed under their name.
+    /// The passes' times, in order. The times of a pass that ran more than once (for each eye or sample) are summed.
     pub passes: Vec<PassTime>,
-    /// From the first command recorded to the last one finished.
+    /// Wall time from the recording of the first command to the end of the last one, ms.
     pub wall_ms: f64,
     pub counters: Counts,
 }
 
-/// What a scene lends to everything prepared from it.
+/// What all prepared views of a scene share.
 pub(super) struct Shared {
     pub gpu: Rc<Gpu>,
     pub scene: Arc<Scene>,
@@ -246,13 +248,13 @@ impl Prepared {
         })
     }
 
-    /// Which parts run and which are left out.
+    /// Which parts run and which are left out, and why.
     pub fn needs(&self) -> &Needs {
         &self.needs
     }
 
-    /// How rays through the geometry find what they hit, `bvh` or `ray-query`, and `cpu` where the processor traces the
-    /// reference's or those of the views' shadows; `None` where no ray asks it.
+    /// What traces rays through the geometry: `bvh` or `ray-query`, or `cpu` if the processor traces the reference's paths or the
+    /// shadows in the views; `None` without such rays.
     pub fn tracer(&self) -> Option<&'static str> {
         if self.needs.cpu_paths || self.needs.cpu_shadows {
             return Some("cpu");
@@ -276,23 +278,22 @@ impl Prepared {
         &self.camera
     }
 
-    /// The random numbers of the frames to come.
+    /// Sets the seed and the frame number, and so the random numbers, of the next frames.
     pub fn set_seed(&mut self, seed: u32, frame: u32) {
         self.settings.seed = seed;
         self.settings.frame = frame;
         self.update();
     }
 
-    /// The eyes of the frames to come. Light and geometry stay relative to where the head was at first: within some
-    /// kilometres of it single precision is finer than a pixel.
+    /// Sets the camera of the next frames. Lights and geometry stay relative to where the head was at first. Within a few
+    /// kilometres of that place, single precision is finer than a pixel.
     pub fn set_camera(&mut self, camera: &StereoCamera) {
         self.camera = *camera;
         self.lit.set(false);
         self.update();
     }
 
-    /// The moment of a frame of `path`, which begins in `view`: what moves by itself, the eyes, and random numbers of its
-    /// own.
+    /// Sets time, camera and random numbers to those of a frame of `path`, which begins in `view`.
     ///
     /// # Errors
     /// When device memory runs out.
@@ -303,8 +304,8 @@ impl Prepared {
         Ok(())
     }
 
-    /// Places everything that moves by itself at `time_s`. What was gathered once a scene, baked light and the probe, stays
-    /// as it was at time 0.
+    /// Moves the instances to where the scene's motions have them at `time_s`. Baked light and the probe stay as they are at time
+    /// 0.
     ///
     /// # Errors
     /// When device memory runs out.
@@ -334,7 +335,7 @@ impl Prepared {
         Moment { camera: self.camera, time_s: self.time_s }
     }
 
-    /// The next frame knows nothing of those before it: after a cut. A jump of the head or of the time is noticed without.
+    /// Forgets the history, for example after a cut. Jumps of the head or of the time are noticed without this call.
     pub fn forget(&self) {
         if let Some(history) = &self.history {
             history.forget();
@@ -349,10 +350,10 @@ impl Prepared {
         }
     }
 
-    /// Renders one frame; `progress` hears how many of its samples are done.
+    /// Renders one frame. `progress` is told how many of its samples are done, and of how many.
     ///
     /// # Errors
-    /// [`RenderError`]: what the device said, Ctrl-C, or a picture that holds NaN or infinity.
+    /// [`RenderError`]: a Vulkan call failed, Ctrl-C was pressed, or the picture contains NaN or infinity.
     pub fn frame(
         &self,
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,

@@ -1,4 +1,4 @@
-//! What is read back of the last frame.
+//! Reads the images and lists of the last frame back.
 
 use crate::gpu::{GpuError, Image, read_image};
 use crate::picture::StereoPicture;
@@ -13,7 +13,7 @@ impl Prepared {
     /// Linear radiance of the last frame.
     ///
     /// # Errors
-    /// What the device said; also below.
+    /// When a Vulkan call fails.
     pub fn linear(&self) -> Result<StereoPicture, GpuError> {
         self.picture(&self.targets.linear)
     }
@@ -38,8 +38,8 @@ impl Prepared {
         Ok(Some([left, right].map(|eye| self.framing.crop(eye))))
     }
 
-    /// Pixels of the last frame, of both eyes and a guard band, that adaptive ambient occlusion worked on again; `None`
-    /// of other methods.
+    /// The number of pixels of the last frame, in both eyes and with a guard band, that adaptive ambient occlusion listed because
+    /// they differed visibly between the eyes; `None` for other methods.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
@@ -48,8 +48,8 @@ impl Prepared {
         list.read_count(&self.gpu).map(Some)
     }
 
-    /// Pixels of the right eye, a guard band included, that took no shading from the left one and were lit in full, when the
-    /// view was lit last; `None` where the eyes share nothing.
+    /// The number of pixels of the right eye, with a guard band, that took no shading from the left eye when the view was last
+    /// lit, and were lit in full; `None` if the eyes do not share their shading.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
@@ -67,7 +67,7 @@ impl Prepared {
         Ok(error.map(|e| masked(e, reflection)))
     }
 
-    /// How the rays of the last sample ended, pixel by pixel; `None` where none are filtered. A guard band is in it.
+    /// How the rays of the last sample ended, for each pixel, with a guard band; `None` for methods without a filter.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
@@ -75,7 +75,7 @@ impl Prepared {
         self.targets.filtered.as_ref().map(|f| hits::read(&self.gpu, &f.hits, &self.targets.guide)).transpose()
     }
 
-    /// What the pixels of the last frame show, apart from light.
+    /// The G-buffer of the last frame, and with the reference the inverse distances of what is reflected.
     ///
     /// # Errors
     /// As [`Prepared::linear`].
@@ -99,7 +99,7 @@ impl Prepared {
         Ok([left.to_vec(), right.to_vec()])
     }
 
-    /// The tone-mapped picture where it lies: two layers of RGBA8, sRGB values.
+    /// The tone-mapped picture on the device: two layers of RGBA8 with sRGB values.
     pub fn display_image(&self) -> &Image {
         &self.targets.display
     }
@@ -116,7 +116,7 @@ impl Prepared {
     }
 }
 
-/// The error exists where a reflection does; elsewhere the image was never written.
+/// Sets the error to 0 where there is no reflection, because the image of errors was never written there.
 fn masked(mut error: StereoPicture, reflection: &StereoPicture) -> StereoPicture {
     for (errors, values) in error.eyes.iter_mut().zip(&reflection.eyes) {
         for (e, v) in errors.iter_mut().zip(values) {

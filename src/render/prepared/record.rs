@@ -1,4 +1,4 @@
-//! A frame's passes in the order in which they are recorded, submitted and waited for.
+//! Records, submits and waits for the passes of a frame, in their order.
 
 use std::time::Instant;
 
@@ -14,12 +14,12 @@ use super::super::targets::{Marched, Targets};
 use super::super::trace_geometry::TraceGeometryPass;
 use super::{Prepared, by_name};
 
-/// Samples of a screen-space method recorded into one submission, at the most: fewer where their counts would not stay
-/// within 32 bits.
+/// The largest number of samples of a screen-space method in one submission. There are fewer if the submission's counts could
+/// exceed 32 bits.
 const SAMPLES_A_SUBMISSION: u64 = 8;
-/// More than a march takes, on the mean of an image.
+/// More steps than a march takes on average over an image.
 const STEPS_A_RAY: u64 = 128;
-/// A submission of the reference aims at this long, so that progress is seen and no watchdog bites.
+/// The intended duration of a submission of the reference, so that progress is visible and no watchdog resets the device.
 const SUBMISSION_SECONDS: f64 = 0.5;
 
 impl Prepared {
@@ -29,7 +29,7 @@ impl Prepared {
     ) -> Result<(Vec<PassTime>, Counts), RenderError> {
         let Prepared { scene, resources, passes, context, targets, .. } = self;
         let samples = self.method.samples();
-        // Only where the settings ask for the probe: one that was made for other settings is not looked at.
+        // A probe is used only if these settings need one; it may have been made for others.
         let fallback = self.probe.as_deref().filter(|_| self.needs.probe).unwrap_or(&resources.environment);
         let (mut times, mut counts) = (Vec::new(), Counts::default());
         let lights = self.settings.all_passes || !self.lit.get();
@@ -76,7 +76,7 @@ impl Prepared {
                     }
                     if let (true, Some(marched)) = (self.needs.geometry, &targets.marched) {
                         if self.trace_geometry.get().is_none() {
-                            // Nothing lost, nothing built: the first frame looks before it goes on.
+                            // The geometry is built only if a ray was lost, so the frame waits here until the list can be read.
                             times.extend(frame.finish()?);
                             self.make_trace_geometry(marched)?;
                             frame = self.next_submission(&mut counts)?;
@@ -113,12 +113,12 @@ impl Prepared {
             }
             if let (Some(pass), Some(rays)) = (&passes.path_trace, &self.rays) {
                 let (mut first, mut count) = (0, 1);
-                // So that a submission's counts stay within 32 bits.
+                // Keeps the submission's counts within 32 bits.
                 let most_paths = (u64::from(u32::MAX) / self.pixels()).max(1) as u32;
                 self.begin_paths();
                 while first < samples {
                     count = count.min(self.until_next(first, samples));
-                    // Before the recording: with the host's clock each pass is submitted and waited for at once.
+                    // Taken before recording, because on software devices recording a pass already submits it and waits.
                     let start = Instant::now();
                     pass.record(&mut frame, resources, rays, context, targets, (first, count))?;
                     times.extend(frame.finish()?);
@@ -132,7 +132,7 @@ impl Prepared {
                     {
                         break;
                     }
-                    // The first one also rasterises and compiles; it only makes the next estimate cautious.
+                    // The first submission also rasterises and compiles pipelines, which only makes the estimate cautious.
                     count = next_count(count, seconds).min(most_paths);
                 }
             }
@@ -140,7 +140,7 @@ impl Prepared {
         passes.composite.record(&mut frame, context, targets, self.fine.as_ref())?;
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
-        // Only now: a frame that was broken off may have lit nothing.
+        // Set only at the end, because an interrupted frame may not have computed the light.
         self.lit.set(true);
         if let Some(history) = &self.history {
             history.end(context.uniform(), self.moment(), self.places.clone());
@@ -154,7 +154,7 @@ impl Prepared {
         paths.samples = 0;
     }
 
-    /// Adds samples until there are enough, a submission's worth at a time.
+    /// Adds samples until there are enough, in portions of about [`SUBMISSION_SECONDS`].
     fn add_on_the_cpu(
         &self,
         paths: &mut Paths<'_>,
@@ -178,7 +178,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// What lights and baked light put on the view.
+    /// Records the passes of the punctual lights and of baked light. `finer`: samples along each side of a pixel.
     fn record_lights(
         &self,
         mut frame: Frame,
@@ -208,7 +208,7 @@ impl Prepared {
         Ok(frame)
     }
 
-    /// Adds the passes of ambient occlusion, if the frame has any; those of its rays are submitted a part at a time.
+    /// Records the passes of ambient occlusion, if there are any. Its rays are divided over several submissions.
     fn record_ao(
         &self,
         mut frame: Frame,
@@ -229,7 +229,7 @@ impl Prepared {
                     first += count;
                     count = next_count(count, start.elapsed().as_secs_f64());
                     frame = self.next_submission(counts)?;
-                    // For Ctrl-C: none of the method's own samples is done.
+                    // Called for Ctrl-C; none of the method's own samples is done yet.
                     progress(0, self.method.samples())?;
                 }
             }
@@ -243,19 +243,19 @@ impl Prepared {
         if marched.lost.read_count(&self.gpu)? > 0 {
             let rays = self.lazy_rays.obtain(self.context.head, self.settings.trace)?;
             let pass = TraceGeometryPass::new(&self.gpu, &self.needs, rays)?;
-            // It was empty a line ago, and nothing else fills it.
+            // The cell is empty: the caller has checked it, and nothing else fills it.
             let _ = self.trace_geometry.set(pass);
         }
         Ok(())
     }
 
-    /// Drawn, of both eyes.
+    /// The number of pixels that are drawn, in both eyes.
     fn pixels(&self) -> u64 {
         let (width, height) = self.targets.linear.extent();
         2 * u64::from(width) * u64::from(height)
     }
 
-    /// The counters so far, and a submission that starts them anew.
+    /// Adds the device's counters to `counts`, and begins a submission with counters of 0.
     fn next_submission(&self, counts: &mut Counts) -> Result<Frame, GpuError> {
         self.count(counts)?;
         let mut frame = Frame::begin(&self.gpu)?;
@@ -269,11 +269,10 @@ impl Prepared {
         Ok(())
     }
 
-    /// Draws the G-buffer and finds the visibility of the surroundings, and does nothing else: for those who look at
-    /// nothing else.
+    /// Renders only the G-buffer and ambient occlusion, for callers that need nothing else.
     ///
     /// # Errors
-    /// What the device said, or Ctrl-C.
+    /// When a Vulkan call fails, or on Ctrl-C.
     pub fn ambient_frame(
         &self,
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
@@ -289,7 +288,7 @@ impl Prepared {
     }
 }
 
-/// Samples of the next submission, after `count` took so long.
+/// The number of samples for the next submission, after `count` samples took `seconds`.
 fn next_count(count: u32, seconds: f64) -> u32 {
     let fitting = f64::from(count) * SUBMISSION_SECONDS / seconds.max(1e-6);
     (fitting as u32).clamp(1, 4 * count)

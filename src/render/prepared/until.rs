@@ -1,4 +1,4 @@
-//! References that stop when they are good enough, and go on where they stopped.
+//! References that stop at a relative error, and that continue from kept sums.
 
 use glam::Vec3;
 
@@ -10,47 +10,49 @@ use super::super::ray_list::RayList;
 use super::super::targets::PathTraced;
 use super::Prepared;
 
-/// Samples after which the error is looked at: the first time, and at least so many later.
+/// The number of samples at the first check of the error, and the least number between checks.
 const BETWEEN_CHECKS: u32 = 16;
 impl Prepared {
-    /// The reference of the frames to come stops at the first check at which its relative error is at most `until`, or at the
-    /// method's samples. Checks lie at 16, 32, 48, 64, 80, 96, … samples, and from 128 on a quarter further each time,
-    /// whatever was traced in one go, so that a request stops at one count.
+    /// Makes the reference of the next frames stop at the first check at which its relative error is at most `until`, and at
+    /// the method's number of samples at the latest. Checks are at 16, 32, 48, 64, 80, 96, … samples, and from 128 on a
+    /// quarter further each time. They do not depend on the size of submissions, so that the same request always stops at the
+    /// same count.
     ///
-    /// The relative error is the mean over the reflecting pixels of both eyes of σ/max(L, 1 % of their mean L), of luminances;
-    /// σ is the standard error with the channels' errors added linearly.
+    /// The relative error is the mean of σ/max(L, 1 % of the mean L) over the reflecting pixels of both eyes. L and σ are
+    /// luminances; σ is the standard error, with the channels' errors added linearly.
     pub fn set_until(&mut self, until: Option<f64>) {
         self.until = until;
     }
 
-    /// Paths a pixel of the frames to come, of the reference.
+    /// Sets the number of the reference's paths for each pixel in the next frames.
     pub fn set_samples(&mut self, samples: u32) {
         self.method = self.method.clone().with_exactly(samples);
     }
 
-    /// The next frame goes on from these sums, if they are of the same pixels and not more than it asks for; and its own, or
-    /// what Ctrl-C left of them, are kept for [`Prepared::sums`]. The processor's paths alone are.
+    /// Makes the next frame continue from these sums, if they belong to the same pixels and have no more samples than it
+    /// needs. Its own sums, complete or interrupted by Ctrl-C, are then kept for [`Prepared::sums`]. This works only for paths
+    /// that the processor traces.
     pub fn take_up(&self, sums: Option<Sums>) {
         let mut paths = self.paths.borrow_mut();
         (paths.kept, paths.sums) = (true, sums);
     }
 
-    /// What the last frame left, finished or not.
+    /// The sums of the last frame, complete or not.
     pub fn sums(&self) -> Option<Sums> {
         self.paths.borrow_mut().sums.take()
     }
 
-    /// Samples at which the last frame looked at its relative error, and what it was.
+    /// The number of samples at each check of the last frame, and the relative error at that check.
     pub fn checks(&self) -> Vec<(u32, f64)> {
         self.paths.borrow().checks.clone()
     }
 
-    /// Paths a pixel that the last frame of the reference ended with.
+    /// The number of paths for each pixel at the end of the reference's last frame.
     pub fn samples_reached(&self) -> u32 {
         self.paths.borrow().samples
     }
 
-    /// Notes the error after so many samples, if there is a check there; true: it is small enough.
+    /// Stores the error if there is a check after this many samples. True: it is small enough.
     pub(super) fn is_enough(
         &self,
         samples: u32,
@@ -64,7 +66,7 @@ impl Prepared {
         Ok(self.until.is_some_and(|until| error <= until))
     }
 
-    /// Samples that may be added before the next check, or before the end.
+    /// The number of samples that may be added before the next check or the end.
     pub(super) fn until_next(&self, first: u32, samples: u32) -> u32 {
         match self.is_watched() {
             true => next_check(first).min(samples) - first,
@@ -72,12 +74,13 @@ impl Prepared {
         }
     }
 
-    /// Kept sums know their errors, too: nobody can tell later where they might have stopped.
+    /// Whether the error is checked. It is also checked if sums are kept, because it cannot be found out later where they would
+    /// have stopped.
     fn is_watched(&self) -> bool {
         self.until.is_some() || self.needs.cpu_paths && self.paths.borrow().kept
     }
 
-    /// Of what the device traced.
+    /// The relative error of paths that the device traced.
     pub(super) fn error_on_device(&self, list: &RayList, out: &PathTraced) -> Result<f64, GpuError> {
         let listed = list.read(&self.gpu)?;
         let (means, errors) = (read_image(&self.gpu, &out.reflection)?, read_image(&self.gpu, &out.error)?);
@@ -91,7 +94,7 @@ impl Prepared {
     }
 }
 
-/// The first check after so many samples.
+/// The number of samples of the first check after `samples`.
 fn next_check(samples: u32) -> u32 {
     let mut check = BETWEEN_CHECKS;
     while check <= samples {

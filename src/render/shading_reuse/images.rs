@@ -10,16 +10,16 @@ use crate::render::ray_list::RayList;
 
 /// See the module's documentation.
 pub struct Shared {
-    /// Of the left eye: what lights put on it, without the albedo and what is specular.
+    /// The diffuse part of the lights' light at the left eye's pixels, without the albedo.
     pub(super) diffuse: Image,
-    /// Pixels of the right eye that take nothing from the left one.
+    /// The pixels of the right eye that take nothing from the left one.
     pub list: RayList,
-    /// Which lights arrive whole and which are hidden; a single texel where nothing casts a shadow.
+    /// Which lights arrive in full and which are hidden (known_lights.glsl); a single texel where no light casts a shadow.
     pub(super) known: Image,
 }
 
 impl Shared {
-    /// For views of so many pixels.
+    /// For views of this width and height, pixels.
     ///
     /// # Errors
     /// When device memory runs out: the message names the image and its bytes.

@@ -1,4 +1,4 @@
-//! Shading shared by the eyes: what lights put on the left eye's pixels, on those of the right eye as well.
+//! Shading reuse: pixels of the right eye take the light of the punctual lights from the left eye where both see the same place.
 
 pub mod images;
 
@@ -18,14 +18,15 @@ use super::targets::{GBuffer, Targets};
 use super::upload::SceneResources;
 pub use images::Shared;
 
-/// Lights the left eye, gives the right eye what it may take, and lights the rest. See `shaders/shading_reuse.comp`.
+/// Lights the left eye's pixels, copies their light to the right eye where it may be shared, and lights the right eye's other
+/// pixels. See `shaders/shading_reuse.comp`.
 pub struct ShadingReusePass {
-    /// With shadows or without: `shaders/shadows.comp`, `shaders/lights.comp`.
+    /// `shaders/shadows.comp` with shadows, `shaders/lights.comp` without.
     lights: ComputePass,
     shadows: bool,
     reuse: ComputePass,
     soft_rays: u32,
-    /// A word an instance.
+    /// One word for each instance: 1 if its material lets the eyes share its shading.
     sharing: Buffer,
 }
 
@@ -33,12 +34,12 @@ pub struct ShadingReusePass {
 #[derive(Clone, Copy, PartialEq)]
 enum Pixels {
     OfLeftEye,
-    /// Of the right eye.
+    /// The right eye's pixels that [`Shared::list`] lists.
     Listed,
 }
 
 impl Pixels {
-    /// As many groups as the pixels need.
+    /// Dispatches as many groups as the pixels need.
     fn dispatch<'f>(self, chain: Dispatch<'f>, shared: &'f Shared, lit: &Image) -> Result<(), GpuError> {
         let (width, height) = lit.extent();
         match self {
@@ -48,7 +49,7 @@ impl Pixels {
     }
 }
 
-/// What a frame's dispatches look at.
+/// What the dispatches of a frame read and write.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
     resources: &'a SceneResources,
@@ -74,10 +75,10 @@ struct Listed {
 }
 
 impl ShadingReusePass {
-    /// `rays` where lights cast shadows; `soft_rays` as [`super::shadows::ShadowsPass::new`] has it.
+    /// `rays` is needed if lights cast shadows. `soft_rays`: see [`super::shadows::ShadowsPass::new`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
         scene: &Scene,
@@ -109,11 +110,10 @@ impl ShadingReusePass {
         })
     }
 
-    /// Writes `direct` of [`Targets`]. `finer` as
-    /// [`super::shadows::ShadowsPass::record`] has it.
+    /// Writes `direct` of [`Targets`]. `finer`: see [`super::shadows::ShadowsPass::record`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,4 @@
-//! Draws shadow maps: the depth of everything that stops a light, from either side.
+//! Draws the layers of shadow maps: the depth of opaque or of transmitting matter, without face culling.
 
 use std::rc::Rc;
 
@@ -30,7 +30,7 @@ const ATTRIBUTES: [(vk::Format, u32); 4] = [
 
 impl DrawPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, scene: &Scene, resources: &SceneResources) -> Result<DrawPass, GpuError> {
         let used = || scene.instances.iter().map(|i| scene.material_of(i));
         let has_mask = used().any(|m| matches!(m.alpha, Alpha::Mask { .. }));
@@ -56,7 +56,7 @@ impl DrawPass {
     /// Draws one layer: the instances for which `casts` holds.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

@@ -1,4 +1,4 @@
-//! What the punctual lights put on each pixel, in the shadows that the maps show.
+//! The outgoing light of the punctual lights at each pixel, with shadows looked up in shadow maps. The lighting pass adds it.
 
 use std::rc::Rc;
 
@@ -18,7 +18,7 @@ pub struct MappedShadowsPass {
 
 impl MappedShadowsPass {
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<MappedShadowsPass, GpuError> {
         let words = shaders::SHADOWS_MAPPED_COMP.words();
         Ok(MappedShadowsPass { pass: ComputePass::new(gpu, "shadows_mapped", &words, &[u32::from(needs.glass)])? })
@@ -27,7 +27,7 @@ impl MappedShadowsPass {
     /// Writes `direct` of [`Targets`].
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn record(
         &self,
         frame: &mut Frame,

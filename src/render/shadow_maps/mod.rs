@@ -1,10 +1,10 @@
-//! Shadows by depth maps from the lights, for views that are rendered frame by frame where rays are slow.
+//! Shadow maps, for views that are rendered frame by frame where rays are slow.
 //!
-//! A point light has a cube of maps, a spot light one map or, if its cone is wide, a cube; they are drawn once a scene,
-//! and again only when something in the scene has moved. A directional light has cascades about the head and not about the view's
-//! frustum: both eyes and every turn of the head read the same texels, and a cascade is drawn anew only after the head has
-//! gone a quarter of its width. The last cascade covers the whole scene and stays as it is; a scene small enough has no
-//! other. Docs: docs/rendering.md, "Shadow maps".
+//! A point light has a cube of maps. A spot light has one map, or a cube if its cone is wide. They are drawn once for a scene,
+//! and again only when an instance has moved. A directional light has cascades around the head, not around the view's frustum.
+//! Both eyes and all directions of the head therefore read the same texels, and a cascade is drawn again only after the head
+//! has moved by a quarter of its half width. The last cascade covers the whole scene and is fixed; in a small scene it is the
+//! only one. Docs: docs/rendering.md, "Shadow maps".
 
 mod draw;
 mod lookup;
@@ -28,17 +28,17 @@ use draw::{DrawInputs, DrawPass};
 pub use lookup::MappedShadowsPass;
 use sight::{Along, Bulb, Corners, Sight};
 
-/// Texels of all maps together, at the most: 128 MiB.
+/// The largest number of texels in all maps together: 128 MiB.
 const MOST_TEXELS: u64 = 1 << 25;
-/// Texels along a side.
+/// The possible widths of a map, texels.
 const SIDES: [u32; 6] = [2048, 1024, 512, 256, 128, 64];
-/// Each cascade reaches so many times as far as the one within it.
+/// Each cascade is this many times as wide as the next finer one.
 const CASCADE_STEP: f64 = 4.0;
-/// A cascade that reaches no farther from the head than this needs no finer one within; metres.
+/// A cascade whose half width is at most this has no finer one inside it; metres.
 const FINEST_REACH_M: f64 = 2.0;
-/// Cascades of a light, at the most.
+/// The largest number of cascades of a light.
 const MOST_CASCADES: usize = 4;
-/// A cascade follows the head once it is off its centre by this share of the cascade's half width.
+/// A cascade follows the head when the head is off the cascade's centre by this share of its half width.
 const FOLLOW: f64 = 0.25;
 /// Maps drawn in one submission.
 const MAPS_A_SUBMISSION: usize = 32;
@@ -47,32 +47,32 @@ const MAPS_A_SUBMISSION: usize = 32;
 struct Following {
     layers: Vec<usize>,
     along: Along,
-    /// Metres.
+    /// Half width, metres.
     half: f64,
-    /// World space; `None`: never drawn.
+    /// Where the head was when it was last drawn, world space; `None`: never drawn.
     center: Cell<Option<DVec3>>,
 }
 
 /// See the module's documentation.
 pub struct ShadowMaps {
-    /// World space; everything below is relative to it.
+    /// Origin of the maps' space, in world space; everything below is relative to it.
     origin: DVec3,
     /// Half the diagonal of the scene's bounds, metres.
     radius: f64,
     image: Image,
     side: u32,
-    /// What each layer looks at, as shaders read it.
+    /// The view of each layer, as shaders read it.
     sights: Buffer,
     /// The layers of each light.
     lights: Buffer,
     instances: Buffer,
-    /// What each instance fills.
+    /// The bounding box of each instance.
     boxes: RefCell<Vec<Corners>>,
-    /// Where the instances stand.
+    /// The instances' transforms.
     places: RefCell<Vec<DAffine3>>,
     layers: RefCell<Vec<Layer>>,
     following: Vec<Following>,
-    /// Layers whose image is not what they look at.
+    /// The layers that must be drawn again.
     due: RefCell<BTreeSet<usize>>,
     draw: DrawPass,
     scene: Arc<Scene>,
@@ -84,13 +84,13 @@ pub struct ShadowMaps {
 #[derive(Clone, Copy)]
 struct Layer {
     sight: Sight,
-    /// What dims light, and not what stops it.
+    /// The layer shows transmitting matter, and not opaque matter.
     dims: bool,
-    /// Where the light ends: its place and range, metres.
+    /// The light's position and range, metres; `None`: a directional light.
     reach: Option<(DVec3, f64)>,
 }
 
-/// The layers of all lights, before there is an image.
+/// The layers of all lights, planned before the image is allocated.
 struct Plan {
     lights: Vec<LightMapsData>,
     layers: Vec<Layer>,
@@ -98,7 +98,7 @@ struct Plan {
 }
 
 impl ShadowMaps {
-    /// Room for the maps of every light that casts shadows; nothing is drawn yet.
+    /// Allocates the maps of every light that casts shadows. Nothing is drawn yet. `origin`: of the maps' space, world space.
     ///
     /// # Errors
     /// When device memory runs out.
@@ -120,7 +120,7 @@ impl ShadowMaps {
             let room = gpu.max_layers();
             tracing::warn!("{skipped} lights cast no shadow: the device's images have room for {room} shadow maps");
         }
-        // An array of one layer would be another kind of image to the shader.
+        // At least two layers, because `Image` makes no array view of a single one, and the shader needs an array.
         let layers = plan.layers.len().max(2);
         let fits = |side: u32| layers as u64 * u64::from(side) * u64::from(side) <= MOST_TEXELS;
         let side = SIDES.into_iter().find(|&side| fits(side)).unwrap_or(SIDES[SIDES.len() - 1]);
@@ -147,12 +147,13 @@ impl ShadowMaps {
         })
     }
 
-    /// Whether a view from `head` reads them: single precision is fine enough as far from the origin as the scene is wide.
+    /// Whether a view from `head` can use the maps: single precision suffices as far from the origin as the scene is wide.
     pub fn serves(&self, head: DVec3) -> bool {
         head.distance(self.origin) <= 2.0 * self.radius
     }
 
-    /// The instances stand elsewhere: every map is due. Directional lights see as far as the scene did at first.
+    /// Sets the instances' transforms. If they differ, every map is due. Directional lights still cover only the bounds that the
+    /// scene had at first.
     pub fn place(&self, places: &[DAffine3]) {
         if *self.places.borrow() == places {
             return;
@@ -169,10 +170,10 @@ impl ShadowMaps {
         self.due.borrow_mut().extend(0..self.layers.borrow().len());
     }
 
-    /// Lets the cascades follow the head, and draws what is not as it should be; between frames only.
+    /// Lets the cascades follow the head, and draws the maps that are due. Must not be called during a frame.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn follow(&self, head: DVec3) -> Result<Vec<PassTime>, GpuError> {
         for cascade in &self.following {
             if cascade.center.get().is_none_or(|c| c.distance(head) > FOLLOW * cascade.half) {
@@ -210,7 +211,7 @@ impl ShadowMaps {
 }
 
 impl Layer {
-    /// Whether what is in the box may hide the light from anything.
+    /// Whether matter in the box may hide the light from anything in this layer.
     fn shows(&self, corners: &Corners) -> bool {
         let is_reached = self.reach.is_none_or(|(position, range)| {
             let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);

@@ -1,16 +1,16 @@
-//! Where shadow maps look from and what they cover, all relative to one origin.
+//! The views of shadow maps: where they look from and what they cover, in the maps' space.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::super::shared::ShadowMapData;
 
-/// The band about a map whose rays meet in a light, which its neighbours draw too, as a share of the map's half width: the
-/// widest filter reads it (twin: GUARD in shadow_map.glsl).
+/// The maps of a point or spot light overlap their neighbours by a band around each map, which the widest filter reads. This is
+/// half the band's width, as a share of the map's half width (twin: GUARD in shadow_map.glsl).
 const GUARD: f64 = 0.15;
-/// Half the angle of the widest spot that one map covers; a wider one takes a cube.
+/// Half the opening angle of the widest spot light that one map covers; a wider one needs a cube.
 const WIDEST_SPOT_RAD: f64 = 1.22;
-/// Matter nearer to a point or spot light than its own radius does not hide it, such as the pole of the lamp that it stands
-/// for: from the light's centre it would hide everything. At least and at most these shares of the scene's radius.
+/// The near plane of a point or spot light is at the light's radius, within these two shares of the scene's radius. Nearer
+/// matter, such as the pole of the lamp, would hide everything from the light's centre.
 const NEAREST: [f64; 2] = [1e-4, 0.1];
 
 /// One map's view.
@@ -18,17 +18,17 @@ const NEAREST: [f64; 2] = [1e-4, 0.1];
 pub struct Sight {
     /// Columns: right, up, ahead; orthonormal.
     axes: DMat3,
-    /// Metres.
+    /// Where the map looks from, metres.
     from: DVec3,
-    /// To ±1 at the border: of metres, or of metres a metre ahead where rays meet in a light.
+    /// Takes metres (in a perspective: metres a metre ahead) to ±1 at the map's border.
     scale: DVec2,
     /// Metres ahead.
     near: f64,
-    /// Metres ahead; `None`: rays meet in a light, and there is no end.
+    /// Metres ahead; `None`: the map is a perspective from the light, without an end.
     far: Option<f64>,
 }
 
-/// Where rays meet, metres.
+/// A point or spot light, in which the rays of a perspective map meet; metres.
 #[derive(Debug, Clone, Copy)]
 pub struct Bulb {
     pub position: DVec3,
@@ -39,7 +39,7 @@ pub struct Bulb {
 /// Corners of a box, metres.
 pub type Corners = [DVec3; 8];
 
-/// Everything that casts or takes shadows, as a directional light sees it.
+/// The bounds of the scene in the axes of a directional light.
 #[derive(Debug, Clone, Copy)]
 pub struct Along {
     axes: DMat3,
@@ -47,14 +47,14 @@ pub struct Along {
     high: DVec3,
 }
 
-/// Right, up and ahead along a direction.
+/// Axes (right, up, ahead) that look along a direction.
 fn looking(along: DVec3) -> DMat3 {
     let ahead = along.try_normalize().unwrap_or(DVec3::NEG_Y);
     let right = ahead.any_orthonormal_vector();
     DMat3::from_cols(right, right.cross(ahead), ahead)
 }
 
-/// The maps of a point light: +x −x +y −y +z −z (twin: `cube_side` in shadow_map.glsl).
+/// The maps of a point light, in the order +x −x +y −y +z −z (twin: `cube_side` in shadow_map.glsl).
 pub fn cube(light: Bulb) -> [Sight; 6] {
     let ways = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     ways.map(|way| meeting(light, way, 1.0))
@@ -72,25 +72,25 @@ fn meeting(light: Bulb, way: DVec3, tangent: f64) -> Sight {
 }
 
 impl Along {
-    /// `boxes`: of everything in the scene.
+    /// `boxes`: the bounding boxes of all instances; `radius`: half the diagonal of the scene's bounds, metres.
     pub fn new(direction: DVec3, boxes: &[Corners], radius: f64) -> Along {
         let axes = looking(direction);
         let seen = || boxes.iter().flatten().map(|c| axes.transpose() * *c);
-        // A flat scene has a thickness, so that nothing is divided by zero.
+        // The margin gives a flat scene a thickness, so that nothing is divided by zero.
         let margin = DVec3::splat(0.02 * radius);
         let low = seen().fold(DVec3::INFINITY, DVec3::min) - margin;
         let high = seen().fold(DVec3::NEG_INFINITY, DVec3::max) + margin;
         Along { axes, low, high }
     }
 
-    /// Of the whole scene.
+    /// The view of the whole scene.
     pub fn all(&self) -> Sight {
         let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0);
         self.square(middle.truncate(), half.truncate())
     }
 
-    /// So many metres to each side of `center`, moved to whole texels of a map of `side`: a later map of the same width
-    /// has the same texels.
+    /// The view of `half` metres to each side of `center`. The centre is rounded to whole texels of a map with `side` texels
+    /// along a side, so that maps with other centres have the same texels.
     pub fn about(&self, center: DVec3, half: f64, side: u32) -> Sight {
         let texel = 2.0 * half / f64::from(side);
         let seen = (self.axes.transpose() * center).truncate();
@@ -104,7 +104,7 @@ impl Along {
 }
 
 impl Sight {
-    /// As shaders read it.
+    /// The view as shaders read it.
     pub fn data(&self) -> ShadowMapData {
         let row = |axis: DVec3| axis.extend(-axis.dot(self.from)).as_vec4().to_array();
         ShadowMapData {
@@ -117,7 +117,7 @@ impl Sight {
         }
     }
 
-    /// False where nothing within the box can be on the map.
+    /// Whether something inside the box can be on the map.
     pub fn sees(&self, corners: &Corners) -> bool {
         let seen = corners.map(|c| {
             let p = self.axes.transpose() * (c - self.from);
