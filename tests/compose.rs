@@ -4,7 +4,7 @@
 use std::rc::Rc;
 use std::time::Instant;
 
-use cyclopean::display::desktop::{Composer, Mode, Parts, Picture, fit};
+use cyclopean::display::desktop::{Composer, Composition, Mode, Picture, fit};
 use cyclopean::gpu::{Buffer, Frame, Gpu, GpuOptions, Image, ImageDesc, OwnDevice};
 
 use ash::vk;
@@ -44,7 +44,7 @@ impl Bench {
     fn compose(&self, window: (u32, u32), mode: Mode, picture: Picture<'_>, place: [u32; 4]) -> image::RgbaImage {
         let words = layers(&self.gpu, |_, _, _| [0; 4], mode.view(window));
         let into = self.composer.image(window).unwrap();
-        let parts = Parts { mode, picture, place, words: &words, apart_px: 0, ground: 0.2159, patch: None };
+        let parts = Composition { mode, picture, place, words: &words, apart_px: 0, ground: 0.2159, patch: None };
         self.composer.compose(&parts, &into).unwrap();
         let buffer = Buffer::readback(&self.gpu, "window", u64::from(window.0 * window.1 * 4)).unwrap();
         let mut frame = Frame::begin(&self.gpu).unwrap();
@@ -159,7 +159,7 @@ fn a_window_is_composed_in_a_moment() {
         let into = bench.composer.image(window).unwrap();
         let place = fit(mode.view(window), (320, 180), 5000, 0);
         let picture = Picture::Stereo { image: &still, is_encoded: false };
-        let parts = Parts { mode, picture, place, words: &words, apart_px: 0, ground: 0.2159, patch: None };
+        let parts = Composition { mode, picture, place, words: &words, apart_px: 0, ground: 0.2159, patch: None };
         let mut best = f64::INFINITY;
         for _ in 0..4 {
             let began = Instant::now();

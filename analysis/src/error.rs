@@ -1,4 +1,4 @@
-//! What can go wrong in an analysis, each as one sentence: what, where, what would be right.
+//! The errors of an analysis. Each is one sentence: what is wrong, where, and what would be right.
 
 use std::io;
 use std::path::PathBuf;

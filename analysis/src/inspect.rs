@@ -35,7 +35,7 @@ pub struct Timing {
     pub trust: Option<Trust>,
 }
 
-/// What one journal says of itself.
+/// The result of checking one journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inspection {
     /// The journal.

@@ -139,9 +139,9 @@ impl Table {
 
 /// Makes the table.
 ///
-/// A row that covers one cell with one vote a participant uses the votes themselves; a row that covers
-/// more averages each participant first, because votes of one person are not independent, and then
-/// takes t, normal or bootstrap intervals only.
+/// A row that covers one cell, with one vote of each participant, uses the votes themselves. A row that covers more
+/// averages each participant first, because votes of one person are not independent. It then has only t, normal or
+/// bootstrap intervals.
 ///
 /// # Errors
 /// [`Error::Usage`] for an unknown factor (the known ones are named) or a level outside (0, 1).

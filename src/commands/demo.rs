@@ -42,7 +42,7 @@ const MARK: &str = ".cyclopean-demo";
 /// See [`Args`].
 ///
 /// # Errors
-/// No device, a disk that cannot be written, or what a study's parts say.
+/// No device, a disk that cannot be written, or an error of a study's preparation, sessions or analysis.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let out = &args.out;
     let sessions = fresh_sessions(out)?;

@@ -85,7 +85,7 @@ enum Action {
 /// See [`Args`].
 ///
 /// # Errors
-/// What the action says.
+/// The errors of the chosen action.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     match args.action {
         Action::Check { study, store, row } => check(&study, &store, row, console),

@@ -9,8 +9,8 @@ pub fn williams_rows(n: usize) -> u64 {
 
 /// Row `row` (any number; it wraps) of the Williams square of n conditions.
 ///
-/// Every condition follows every other equally often over all rows (Williams 1949): the first row is
-/// 0, 1, n−1, 2, n−2, …; row i adds i modulo n; for odd n a second half holds the rows reversed.
+/// Over all rows, every condition follows every other equally often (Williams 1949). The first row is 0, 1, n−1, 2,
+/// n−2, …; row i adds i modulo n. For odd n a second half holds the rows reversed.
 pub fn williams(n: usize, row: u64) -> Vec<usize> {
     let row = (row % williams_rows(n)) as usize;
     let (shift, reversed) = if n == 0 { (0, false) } else { (row % n, row >= n) };

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// One thing that is wrong in a study file.
+/// One problem of a study file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
     /// The JSON path, such as `conditions.cross.method[1]`; empty: the whole file.

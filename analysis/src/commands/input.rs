@@ -10,7 +10,7 @@ use cyclopean_analysis::journal::Kind;
 use cyclopean_analysis::{Error, interval, terminal};
 use serde_json::Value;
 
-/// Where the answers are and which of them count.
+/// The files that hold the answers, and which answers count.
 #[derive(Args, Clone)]
 pub struct Input {
     /// Journals (.jsonl), folders of journals, patterns with * and ?, tidy CSV files, or - for CSV on standard input

@@ -20,7 +20,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use cyclopean_analysis::manual::{Completions, Manual};
 use cyclopean_analysis::report::text;
 
-/// Honest statistics for rating studies: mean opinion scores, paired tests, screening, planning.
+/// Statistics for rating studies: mean opinion scores, paired tests, screening, planning.
 ///
 /// Reads session journals (files, folders, patterns) or tidy CSV with the columns participant and rating.
 #[derive(Parser)]
@@ -38,7 +38,7 @@ enum Command {
     Test(test::Test),
     /// Forced choices: exact binomial tests, participant-level test, Davidson's model
     Preference(preference::Preference),
-    /// Friedman's test of several conditions, then all pairs
+    /// Friedman's test of several conditions, followed by tests of all pairs
     Friedman(friedman::Friedman),
     /// Screening of observers by BT.500, P.910 and their agreement; it is shown, and leaves nobody out
     Screen(screen::Screen),
@@ -48,11 +48,11 @@ enum Command {
     Coverage(coverage::Coverage),
     /// The whole analysis as one HTML page, Markdown, LaTeX, CSV or JSON
     Report(report::Report),
-    /// Tidy CSV, data dictionary, Psych-DS folder and R script from journals
+    /// Write tidy CSV, a data dictionary, a Psych-DS folder and an R script from journals
     Export(export::Export),
     /// Check journals without analysing them: check sums, order, gaps, duplicates, kinds, timing
     Check(check::Check),
-    /// The bare signed-rank test on numbers: one column of differences, or two columns x and y
+    /// The signed-rank test of plain numbers: one column of differences, or two columns x and y
     Wilcoxon(wilcoxon::Wilcoxon),
     /// Print a script that completes this program's command line in a shell
     Completions(Completions),

@@ -21,7 +21,7 @@ pub struct Preference {
     /// The three ratings, in this order: other better, no difference seen, method better
     #[arg(long, value_delimiter = ',', num_args = 1, default_values_t = [1, 2, 3], allow_hyphen_values = true)]
     values: Vec<i32>,
-    /// Level of the intervals
+    /// Confidence level of the intervals
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     level: f64,
     /// Number of bootstrap resamples for the intervals of Davidson's strengths

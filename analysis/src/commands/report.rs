@@ -17,7 +17,7 @@ use super::input::{self, Input, print, print_json};
 /// The report's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
-    /// One self-contained page
+    /// One self-contained HTML page
     Html,
     /// Markdown
     Md,

@@ -42,16 +42,16 @@ pub struct Test {
     /// How p-values are adjusted within a family of contrasts [default: the study file's, else holm]
     #[arg(long, value_enum)]
     adjust: Option<Correction>,
-    /// Level of the intervals of effect sizes
+    /// Confidence level of the intervals of effect sizes
     #[arg(long, default_value = "0.95", value_parser = input::level)]
     level: f64,
-    /// Level of the interval of the mean paired difference
+    /// Confidence level of the interval of the mean paired difference
     #[arg(long, default_value = "0.9", value_parser = input::level)]
     difference_level: f64,
     /// Also test equivalence within this margin, in scale steps, by two one-sided tests [default: the study file's]
     #[arg(long, value_name = "MARGIN")]
     equivalence: Option<f64>,
-    /// Level of each one-sided test of equivalence
+    /// Significance level of each one-sided test of equivalence
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
     /// Also test all participant x cell pairs as if they were independent, as the paper may have done

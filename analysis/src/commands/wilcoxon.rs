@@ -35,7 +35,7 @@ pub struct Wilcoxon {
     /// When to compute the exact null distribution
     #[arg(long, value_enum, default_value = "auto")]
     exact: Exact,
-    /// Level of the intervals of effect sizes
+    /// Confidence level of the intervals of effect sizes
     #[arg(long, default_value = "0.95", value_parser = input::level)]
     level: f64,
     /// Print one JSON object

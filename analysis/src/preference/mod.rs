@@ -1,4 +1,4 @@
-//! Forced choices: A better, imperceptible, B better.
+//! Forced choices with three answers: A is better, no difference is perceptible, B is better.
 //!
 //! Single votes coded −1/0/+1 form one tie group, so their signed-rank test is the sign test. Each condition therefore
 //! gets exact binomial tests. All conditions together are tested on the participants' summed votes: a binomial test of

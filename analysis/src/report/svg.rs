@@ -57,7 +57,7 @@ fn width_of(text: &str) -> f64 {
     text.chars().count() as f64 * 7.2
 }
 
-/// Means with intervals, one group of markers a level of `group`, one marker a level of `series`
+/// Means with intervals: one group of markers for each level of `group`, in it one marker for each level of `series`
 /// (the paper's Fig. 19 has scenes and methods).
 pub fn means(rows: &[&Row], group: Option<&str>, series: Option<&str>, label: &str, stamp: Option<&str>) -> String {
     let level = |r: &Row, f: Option<&str>| f.and_then(|f| r.level(f)).unwrap_or("").to_owned();
@@ -132,7 +132,7 @@ fn legend(
     }
 }
 
-/// Stacked shares of the votes, one bar a row, with the MOS at its end (the paper's Fig. 18).
+/// Stacked shares of the votes, one bar for each row, with the MOS at its end (the paper's Fig. 18).
 ///
 /// `words` name the scale's steps, lowest first.
 pub fn distributions(rows: &[&Row], names: &[String], words: &[String], label: &str, stamp: Option<&str>) -> String {

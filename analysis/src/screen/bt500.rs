@@ -1,8 +1,8 @@
 //! Rejection of observers by ITU-R BT.500, with an error of the published code corrected.
 //!
-//! The published code counts a unanimous stimulus (σ = 0) as both high and low for everyone; it then
-//! rejected 9 of 15 ordinary observers, or all 14 good ones while keeping one who always answered 5.
-//! Here stimuli with σ = 0 are skipped.
+//! The published code counts a unanimous stimulus (σ = 0) as both high and low for everyone. With that it rejected 9 of
+//! 15 ordinary observers, and in another case all 14 good ones, while it kept one who always answered 5. Here stimuli
+//! with σ = 0 are skipped.
 
 use serde::Serialize;
 

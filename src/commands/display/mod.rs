@@ -50,7 +50,7 @@ enum DisplayKind {
 /// See [`Args`].
 ///
 /// # Errors
-/// No such display here, or eyes that are exchanged.
+/// This machine has no such display, or the eyes are exchanged.
 pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let Command::Test(args) = args.command;
     let found = match args.display {
