@@ -73,21 +73,27 @@ pub fn broken_networks() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let whole = mean_square();
     let one = [node(&["reference", "reference"], "square", "Mul", &[]), nodes()[2].clone()];
     let no_number = [nodes()[0].clone(), node(&["difference"], "out", "Identity", &[])];
-    let not_finite = [nodes(), vec![]].concat();
-    let not_finite: Vec<Vec<u8>> = not_finite[..2]
-        .iter()
-        .cloned()
-        .chain([node(&["square"], "mean", "ReduceMean", &[self::whole("keepdims", 0)])])
-        .chain([node(&["mean", "mean"], "out", "Div", &[])])
-        .collect();
+    let mean = || node(&["square"], "mean", "ReduceMean", &[self::whole("keepdims", 0)]);
+    let after_the_mean = |last: Vec<u8>| [&nodes()[..2], &[mean(), last]].concat();
+    let not_finite = after_the_mean(node(&["mean", "mean"], "out", "Div", &[]));
+    let one_for_equal = after_the_mean(node(&["mean"], "out", "Exp", &[]));
     let unknown = [node(&["reference", "picture"], "out", "Perceive", &[])];
     vec![
         ("empty.onnx", Vec::new(), "no network that compares two pictures"),
         ("text.onnx", b"these are no weights".to_vec(), "no network that compares two pictures"),
         ("cut.onnx", whole[..whole.len() / 2].to_vec(), "no network that compares two pictures"),
         ("one.onnx", model(&["reference"], &one, &[]), "it has 1 inputs instead of 2"),
-        ("many.onnx", model(&["reference", "picture"], &no_number, &[]), "no single finite number"),
-        ("nan.onnx", model(&["reference", "picture"], &not_finite, &[]), "no single finite number"),
+        ("many.onnx", model(&["reference", "picture"], &no_number, &[]), "no single number"),
+        (
+            "nan.onnx",
+            model(&["reference", "picture"], &not_finite, &[]),
+            "of two equal pictures it says no finite number",
+        ),
+        (
+            "one_for_equal.onnx",
+            model(&["reference", "picture"], &one_for_equal, &[]),
+            "of two equal pictures it says 1, and not 0",
+        ),
         ("unknown.onnx", model(&["reference", "picture"], &unknown, &[]), "Perceive"),
         ("side.onnx", with_smallest_side("many"), "smallest_side `many` is no count"),
         ("zero.onnx", with_smallest_side("0"), "smallest_side `0` is no count"),

@@ -13,7 +13,7 @@ impl Model {
     }
 
     /// Nobody has a model to ask.
-    pub fn distance(&self, _size: (usize, usize), _pictures: [&[[f32; 3]]; 2]) -> Result<f64, NetworkError> {
+    pub fn distance(&self, _size: (usize, usize), _pictures: [&[[f32; 3]]; 2]) -> Result<Option<f64>, NetworkError> {
         match *self {}
     }
 }

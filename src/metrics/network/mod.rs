@@ -18,6 +18,9 @@ use tract::Model;
 /// The most bytes of a network's file.
 pub const MOST_BYTES: u64 = 1 << 30;
 
+/// The largest distance of two equal pictures: what rounding may leave of 0.
+const ALIKE: f64 = 1e-3;
+
 /// What networks measure, in the order of the tables.
 pub const MEASURES: [&str; 2] = ["lpips", "dists"];
 
@@ -70,13 +73,19 @@ impl Network {
     /// Makes the network ready for pictures of `width`×`height` pixels, and tries it on two black ones.
     ///
     /// # Errors
-    /// The pictures are too small, or the network gives no number for them.
+    /// The pictures are too small, or the network gives no number for them, or one that is not near 0.
     pub fn prepare(&self, size: (usize, usize)) -> Result<(), NetworkError> {
         let black = vec![[0.0; 3]; size.0 * size.1];
-        self.distance(size, &black, &black).map(drop)
+        let wrong = |found: String| Err(NetworkError::Unusable(format!("of two equal pictures it says {found}")));
+        match self.distance(size, &black, &black)? {
+            None => wrong("no finite number".to_owned()),
+            Some(distance) if distance.abs() > ALIKE => wrong(format!("{distance}, and not 0")),
+            Some(_) => Ok(()),
+        }
     }
 
-    /// The distance of `picture` from `reference`, both sRGB-encoded display values in [0, 1], rows from the top. 0: alike.
+    /// The distance of `picture` from `reference`, both sRGB-encoded display values in [0, 1], rows from the top. 0: alike; `None`: the network gives
+    /// no finite number.
     ///
     /// # Errors
     /// As [`Network::prepare`].
@@ -88,7 +97,7 @@ impl Network {
         (width, height): (usize, usize),
         reference: &[[f32; 3]],
         picture: &[[f32; 3]],
-    ) -> Result<f64, NetworkError> {
+    ) -> Result<Option<f64>, NetworkError> {
         assert_eq!([reference.len(), picture.len()], [width * height; 2], "pictures of one size");
         self.model.distance((width, height), [reference, picture])
     }
@@ -110,7 +119,7 @@ impl Networks {
         self.0.iter()
     }
 
-    /// The distance by each of [`MEASURES`]; `None` without its network. See [`Network::distance`].
+    /// The distance by each of [`MEASURES`]; `None` without its network, or where it gives no finite number. See [`Network::distance`].
     ///
     /// # Errors
     /// As [`Network::prepare`].
@@ -123,7 +132,7 @@ impl Networks {
         let mut found = [None; MEASURES.len()];
         for (found, measure) in found.iter_mut().zip(MEASURES) {
             let network = self.0.iter().find(|n| n.measure == measure);
-            *found = network.map(|n| n.distance(size, reference, picture)).transpose()?;
+            *found = network.map(|n| n.distance(size, reference, picture)).transpose()?.flatten();
         }
         Ok(found)
     }

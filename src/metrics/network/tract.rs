@@ -52,21 +52,21 @@ impl Model {
     ///
     /// # Errors
     /// The pictures are too small, or the network cannot compare them.
-    pub fn distance(&self, size: (usize, usize), pictures: [&[[f32; 3]]; 2]) -> Result<f64, NetworkError> {
+    pub fn distance(&self, size: (usize, usize), pictures: [&[[f32; 3]]; 2]) -> Result<Option<f64>, NetworkError> {
         without_panic(|| self.measured(size, pictures))
     }
 
-    fn measured(&self, size: (usize, usize), pictures: [&[[f32; 3]]; 2]) -> Result<f64, NetworkError> {
+    fn measured(&self, size: (usize, usize), pictures: [&[[f32; 3]]; 2]) -> Result<Option<f64>, NetworkError> {
         let plan = self.plan(size)?;
         let inputs = pictures.map(|picture| tensor(size, picture).map(TValue::from));
         let inputs = inputs.into_iter().collect::<TractResult<TVec<TValue>>>().map_err(unusable)?;
         let outputs = plan.run(inputs).map_err(unusable)?;
-        let number = || NetworkError::Unusable("it gives no single finite number".to_owned());
         let distance = outputs[0].try_as_plain_ram().ok().and_then(|plain| match plain.as_slice::<f32>() {
             Ok([distance]) => Some(f64::from(*distance)),
             _ => None,
         });
-        distance.filter(|d| d.is_finite()).ok_or_else(number)
+        let no_number = || NetworkError::Unusable("it gives no single number".to_owned());
+        distance.map(|d| d.is_finite().then_some(d)).ok_or_else(no_number)
     }
 
     fn plan(&self, (width, height): (usize, usize)) -> Result<Arc<TypedSimplePlan>, NetworkError> {

@@ -4,8 +4,8 @@
 //! consent → person → ssq → screening → instructions → practice → ready → trials ⇄ break → ssq → thanks
 //!                          a presentation: segments → blank → panel → blank
 //! ```
-//! In every state the session can be paused or ended, and the operator can skip the state. Time comes in with each
-//! event; the duration of phases is counted in display frames. `study::session` drives the machine.
+//! In every state the session can be paused or ended, and the operator can skip every state but the consent. Time comes
+//! in with each event; the duration of phases is counted in display frames. `study::session` drives the machine.
 
 mod frames;
 mod leave;
