@@ -1,11 +1,12 @@
-//! Eyes and where they look. Each eye is arbitrary: asymmetric frustum, canted display.
+//! The two eyes and where they look. Each eye is a camera of its own, which may have an asymmetric frustum and may be
+//! canted.
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3, Vec4};
 
-/// Distance between the eyes where a glTF camera says nothing: the adult mean, metres.
+/// Distance between the eyes for a glTF camera, which does not state one: the mean of adults, metres.
 pub const DEFAULT_IPD_M: f64 = 0.063;
 
-/// Left or right; the index is the array layer everywhere.
+/// The left or the right eye. Its index is its array layer in all images and buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Eye {
@@ -14,10 +15,10 @@ pub enum Eye {
 }
 
 impl Eye {
-    /// Both, in layer order.
+    /// Both eyes, in the order of their layers.
     pub const BOTH: [Eye; 2] = [Eye::Left, Eye::Right];
 
-    /// The array layer: 0 left, 1 right.
+    /// The array layer: 0 for the left eye and 1 for the right one.
     pub fn layer(self) -> usize {
         match self {
             Eye::Left => 0,
@@ -25,7 +26,7 @@ impl Eye {
         }
     }
 
-    /// The other one.
+    /// The other eye.
     pub fn other(self) -> Eye {
         match self {
             Eye::Left => Eye::Right,
@@ -34,7 +35,8 @@ impl Eye {
     }
 }
 
-/// The sides of a frustum as signed angles from the axis, radians (left and down are negative), as OpenXR gives them.
+/// The four sides of a frustum as signed angles from the axis, radians, as OpenXR gives them. Left and down are
+/// negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fov {
     pub left_rad: f64,
@@ -52,7 +54,7 @@ impl Fov {
     }
 }
 
-/// One eye: where it is, how it is turned, what it sees.
+/// One eye: where it is, which way it is turned, and what it sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EyeCamera {
     pub position: DVec3,
@@ -63,9 +65,10 @@ pub struct EyeCamera {
 }
 
 impl EyeCamera {
-    /// Reverse-Z with an infinite far plane: depth = near / distance along −Z; y points up in clip space.
+    /// The projection: reverse-Z with an infinite far plane, so that depth = near / distance along −Z. y points up in
+    /// clip space.
     ///
-    /// Vulkan's viewport is flipped (negative height) so that image row 0 is the top.
+    /// The Vulkan viewport is flipped (it has a negative height), so that image row 0 is the top.
     pub fn clip_from_view(&self) -> Mat4 {
         let (l, r) = (self.fov.left_rad.tan(), self.fov.right_rad.tan());
         let (u, d) = (self.fov.up_rad.tan(), self.fov.down_rad.tan());
@@ -77,7 +80,7 @@ impl EyeCamera {
         )
     }
 
-    /// The view transform relative to `origin`, subtracted in f64.
+    /// The view transform from positions relative to `origin`. The subtraction of `origin` is done in f64.
     pub fn view_from_relative(&self, origin: DVec3) -> Mat4 {
         let view_from_world = self.world_from_view.inverse();
         let translation = view_from_world * (origin - self.position);
@@ -99,12 +102,12 @@ pub struct StereoCamera {
 }
 
 impl StereoCamera {
-    /// The point half-way between the eyes: the frame's origin.
+    /// The point half-way between the eyes, which is the origin of the frame.
     pub fn head(&self) -> DVec3 {
         (self.left.position + self.right.position) * 0.5
     }
 
-    /// By layer.
+    /// The camera of an eye.
     pub fn eye(&self, eye: Eye) -> &EyeCamera {
         match eye {
             Eye::Left => &self.left,
@@ -117,19 +120,19 @@ impl StereoCamera {
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     pub name: String,
-    /// Of the head: half-way between the eyes.
+    /// Position of the head: half-way between the eyes.
     pub position: DVec3,
     pub world_from_view: DQuat,
     pub vertical_fov_rad: f64,
     /// Distance between the eyes in scene units (metres).
     pub ipd_m: f64,
-    /// Each eye turned outwards by this angle (canted displays), radians; 0 = parallel.
+    /// Angle by which each eye is turned outwards, radians, as on canted displays; 0 for parallel eyes.
     pub cant_rad: f64,
     pub near_m: f64,
 }
 
 impl View {
-    /// Both eyes for an image of this aspect (width / height of one eye).
+    /// The cameras of both eyes for an image with this aspect (width / height of one eye).
     pub fn stereo_camera(&self, aspect: f64) -> StereoCamera {
         let half = self.world_from_view * DVec3::new(self.ipd_m / 2.0, 0.0, 0.0);
         let eye = |offset: DVec3, cant: f64| EyeCamera {

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene; each message names the file and the place in it.
+//! Errors of the scene loader. Each message names the file and the place in it.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ pub enum SceneError {
     /// Neither a built-in name nor a file of a known kind.
     #[error("unknown scene `{name}`: give a built-in name ({known}), a manifest (.json), or a .gltf or .glb file")]
     Unknown { name: String, known: String },
-    /// The file that was asked for cannot be read.
+    /// The file that the user named cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
     /// The file requires glTF extensions that this program does not know.
@@ -17,7 +17,7 @@ pub enum SceneError {
         listed(names)
     )]
     Extension { file: String, names: Vec<String> },
-    /// A manifest describes a light that there cannot be: `reason` names it and what is wrong.
+    /// A light of the manifest has impossible values: `reason` names the light and what is wrong with it.
     #[error("{file}: {reason}")]
     Light { file: String, reason: String },
     /// The content is wrong: `reason` names the place and what is wrong there.
@@ -25,7 +25,8 @@ pub enum SceneError {
     Invalid { file: String, reason: String },
 }
 
-/// A reason without its file yet: inner functions name the place, the outermost one the file.
+/// An error message that does not name its file yet: inner functions name the place, and the outermost one adds the
+/// file.
 pub(crate) type Reason = String;
 
 /// "extension `A`" or "extensions `A`, `B`".

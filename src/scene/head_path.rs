@@ -1,4 +1,5 @@
-//! Ways of the head through a scene: where it is and looks, as a function of time.
+//! Paths of the head through a scene: where it is and where it looks, as a function of time. They come from a manifest,
+//! or are one of the generic paths; sequences and comparisons follow them.
 
 use std::f64::consts::TAU;
 
@@ -6,32 +7,32 @@ use glam::{DQuat, DVec3};
 
 use super::{Scene, View};
 
-/// Frames a second of a path that does not say it.
+/// Frame rate of a path that does not state one.
 pub const DEFAULT_RATE_HZ: f64 = 60.0;
 
-/// A moment of a path.
+/// A key of a path: the pose of the head at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadKey {
     pub time_s: f64,
     /// Half-way between the eyes, metres, world space.
     pub position: DVec3,
     pub world_from_view: DQuat,
-    /// The head jumps here: nothing leads from the key before to this one.
+    /// The head jumps here: there is no motion from the key before to this one.
     pub cut: bool,
 }
 
-/// A path of the head. Between its keys the position follows a smooth curve through them (Catmull and Rom 1974) and the
-/// direction turns evenly.
+/// A path of the head. Between its keys the position follows a smooth curve through them (Catmull and Rom 1974), and
+/// the direction turns at an even rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadPath {
     pub name: String,
-    /// Frames a second at which it is meant to be seen.
+    /// The frame rate at which the path is meant to be seen.
     pub rate_hz: f64,
-    /// In order of time, at least two.
+    /// At least two, in order of time.
     keys: Vec<HeadKey>,
 }
 
-/// The keys describe no path, or the path has fewer frames than a caller wants.
+/// Why keys do not make a path, or why a path does not have the frames that were asked for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeadPathError {
     #[error("it has {0} poses; a path needs at least two")]
@@ -48,7 +49,7 @@ pub enum HeadPathError {
 
 impl HeadPath {
     /// # Errors
-    /// [`HeadPathError`]: fewer than two keys, keys out of order, or numbers that are none.
+    /// [`HeadPathError`]: fewer than two keys, keys that are out of order, or numbers that are not finite.
     pub fn new(name: &str, rate_hz: f64, keys: Vec<HeadKey>) -> Result<HeadPath, HeadPathError> {
         if !(rate_hz > 0.0 && rate_hz <= 1000.0) {
             return Err(HeadPathError::Rate(rate_hz));
@@ -67,17 +68,19 @@ impl HeadPath {
         Ok(HeadPath { name: name.to_owned(), rate_hz, keys })
     }
 
-    /// Frames from the first key to the last one, both included.
+    /// The number of frames from the first key to the last one, both included.
     pub fn frames(&self) -> u32 {
         let seconds = self.keys[self.keys.len() - 1].time_s - self.keys[0].time_s;
-        // A path of whole frames keeps its last one whatever rounding says.
+        // The small addition keeps the last frame of a path that lasts a whole number of frames, whatever rounding
+        // does.
         ((seconds * self.rate_hz + 1e-6).floor() + 1.0).min(f64::from(u32::MAX)) as u32
     }
 
-    /// How many frames are rendered where the first `asked` of the path are asked for; all of them for `None`.
+    /// The number of frames to render when the first `asked` frames of the path are asked for; `None` asks for all of
+    /// them.
     ///
     /// # Errors
-    /// [`HeadPathError::Frames`]: more than it has.
+    /// [`HeadPathError::Frames`]: the path has fewer frames.
     pub fn frames_asked(&self, asked: Option<u32>) -> Result<u32, HeadPathError> {
         let has = self.frames();
         match asked {
@@ -88,7 +91,7 @@ impl HeadPath {
         }
     }
 
-    /// How many frames begin within so many seconds; the whole path where it is shorter.
+    /// How many frames begin within so many seconds, and no more than the path has.
     pub fn frames_within(&self, seconds: f64) -> u32 {
         let begin = (seconds * self.rate_hz - 1e-6).ceil().max(1.0);
         self.frames().min(begin.min(f64::from(u32::MAX)) as u32)
@@ -99,13 +102,14 @@ impl HeadPath {
         f64::from(frame) / self.rate_hz
     }
 
-    /// The view of a frame; everything but place and direction is `view`'s. Behind the last key the head stands still.
+    /// The view of a frame. Only position and direction come from the path; everything else is that of `view`. After
+    /// the last key the head stands still.
     pub fn view(&self, view: &View, frame: u32) -> View {
         let (position, world_from_view) = self.at(self.keys[0].time_s + self.time_of(frame));
         View { position, world_from_view, ..view.clone() }
     }
 
-    /// The head jumps between the frame before and this one.
+    /// Whether the head jumps between the frame before and this one.
     pub fn is_cut(&self, frame: u32) -> bool {
         let time = |frame: u32| self.keys[0].time_s + self.time_of(frame) + 1e-9;
         frame > 0 && self.keys.iter().any(|k| k.cut && k.time_s > time(frame - 1) && k.time_s <= time(frame))
@@ -113,7 +117,7 @@ impl HeadPath {
 
     fn at(&self, time_s: f64) -> (DVec3, DQuat) {
         let keys = &self.keys;
-        // A frame's time may fall short of a key's by rounding.
+        // Rounding may make a frame's time slightly smaller than a key's.
         let after = keys.iter().position(|k| k.time_s > time_s + 1e-9).unwrap_or(keys.len());
         let (Some(next), Some(here)) = (keys.get(after), after.checked_sub(1).map(|i| &keys[i])) else {
             let last = if after == 0 { &keys[0] } else { &keys[keys.len() - 1] };
@@ -141,17 +145,18 @@ fn hermite(p0: DVec3, m0: DVec3, p1: DVec3, m1: DVec3, t: f64) -> DVec3 {
     p0 * (2.0 * t3 - 3.0 * t2 + 1.0) + m0 * (t3 - 2.0 * t2 + t) + p1 * (3.0 * t2 - 2.0 * t3) + m1 * (t3 - t2)
 }
 
-/// How far the head of [`sway`] moves to each side and forwards, metres, and turns to each side, radians: as somebody
-/// moves who stands and looks around.
+/// How far the head of [`sway`] moves to each side and forwards, metres, and how far it turns to each side, radians.
+/// This is about how somebody moves who stands and looks around.
 const ASIDE_M: f64 = 0.25;
 const FORWARDS_M: f64 = 0.25;
 const TURN_RAD: f64 = 0.15;
-/// Once around, seconds: at most 0.4 metres and 27 degrees a second.
+/// Duration of one loop, seconds. The head moves at 0.4 metres and 27 degrees a second at most.
 const SWAY_S: f64 = 4.0;
-/// Keys of a path that is a formula: enough for the curve through them to stay within a tenth of a millimetre of it.
+/// Number of keys of a path that is given by a formula. With so many the curve through them stays within a tenth of a
+/// millimetre of the formula.
 const FORMULA_KEYS: u32 = 64;
 
-/// The view after this share of a closed loop that begins in `view`: a head that sways and looks around.
+/// The view at this share (0–1) of a closed loop that begins in `view`: the head sways and looks around.
 pub fn sway(view: &View, share: f64) -> View {
     let angle = TAU * share;
     let step = DVec3::new(ASIDE_M * angle.sin(), 0.0, -FORWARDS_M * (1.0 - angle.cos()) / 2.0);
@@ -162,14 +167,14 @@ pub fn sway(view: &View, share: f64) -> View {
     }
 }
 
-/// Paths that every scene has, with what they are for.
+/// Paths that every scene has, with a description of each.
 pub const GENERIC: [(&str, &str); 3] = [
     ("still", "the head stands for two seconds"),
     ("sway", "the head sways and looks around for four seconds, and ends where it began"),
     ("cut", "as sway, but after half a second the head jumps to the opposite point of the loop"),
 ];
 
-/// One of [`GENERIC`], from `view`.
+/// One of [`GENERIC`] that begins in `view`; `None` for another name.
 fn generic(name: &str, view: &View) -> Option<Result<HeadPath, HeadPathError>> {
     let key = |time_s: f64, share: f64, cut: bool| {
         let View { position, world_from_view, .. } = sway(view, share);
@@ -248,7 +253,7 @@ mod tests {
             assert!((at.position - view().position).length() < 1e-9, "frame {frame}");
             assert!(at.world_from_view.angle_between(view().world_from_view) < 1e-6, "frame {frame}");
         }
-        // Between its keys the curve stays by the formula: within a tenth of a millimetre.
+        // Between its keys the curve follows the formula within a tenth of a millimetre.
         for frame in 0..240 {
             let (curve, formula) = (path.view(&view(), frame), sway(&view(), f64::from(frame) / 240.0));
             assert!((curve.position - formula.position).length() < 1e-4, "frame {frame}");

@@ -1,48 +1,49 @@
-//! The manifest: a JSON file that makes a scene of geometry. Every field is documented; unknown ones are refused.
+//! The manifest: a JSON file that turns geometry into a scene. Every field is documented here, which becomes
+//! `scenes/schema.json`; unknown fields are refused. The loader reads it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Fallback;
 
-/// A scene: geometry, viewpoints, light and what moves. Lengths in metres, angles in degrees, y up.
+/// A scene: geometry, viewpoints, light, and what moves. Lengths are in metres, angles in degrees; y is up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// What the scene is called in journals and tables.
     pub name: String,
-    /// One sentence for people.
+    /// One sentence that describes the scene.
     #[serde(default)]
     pub description: String,
-    /// What there is to see. May be left out in a side-car (`NAME.cyclopean.json` beside `NAME.gltf`).
+    /// What the triangles are. May be left out in a side-car (`NAME.cyclopean.json` beside `NAME.gltf`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub geometry: Option<Geometry>,
-    /// Viewpoints; the first is the default. A glTF's own cameras follow them.
+    /// Viewpoints; the first is the default. The cameras of the glTF follow them.
     #[serde(default)]
     pub views: Vec<ViewSpec>,
-    /// Ways of the head through the scene, for sequences. Every scene also has `still`, `sway` and `cut`.
+    /// Paths of the head through the scene, for sequences. Every scene also has `still`, `sway` and `cut`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paths: Vec<HeadPathSpec>,
-    /// Lights beside those of the glTF.
+    /// Lights in addition to those of the glTF.
     #[serde(default)]
     pub lights: Vec<LightSpec>,
-    /// What a glTF cannot say of its own lights: their size and whether they cast shadows.
+    /// What a glTF cannot state about its own lights: their size and whether they cast shadows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub file_lights: Vec<FileLightSpec>,
-    /// What a glTF cannot say of its materials.
+    /// What a glTF cannot state about its own materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub materials: Vec<MaterialSpec>,
     /// Light from infinity; the default sky when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentSpec>,
-    /// What a reflection ray without an answer sees.
+    /// What a reflection ray sees that finds no answer.
     #[serde(default)]
     pub fallback: Fallback,
-    /// Linear factor before the tone map, > 0.
+    /// Linear factor on radiance before the tone map, above 0.
     #[serde(default = "one")]
     pub exposure: f32,
-    /// Depth behind an open mesh's front face that counts as matter, metres; 1/200 of the nearest content's
-    /// distance from the first view when left out.
+    /// Thickness that is assumed behind the front face of an open mesh, metres. When left out it is 1/200 of the
+    /// distance from the first view to the nearest content.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub open_mesh_thickness_m: Option<f32>,
     /// Nodes that move.
@@ -69,17 +70,17 @@ pub enum Geometry {
     File(String),
 }
 
-/// A viewpoint; give `target` or `orientation`.
+/// A viewpoint. Give either `target` or `orientation`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewSpec {
     pub name: String,
-    /// Of the point half-way between the eyes.
+    /// Position of the point half-way between the eyes.
     pub position: [f64; 3],
-    /// A point to look at, the head upright.
+    /// A point to look at with the head upright.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<[f64; 3]>,
-    /// World from view as a quaternion x, y, z, w; the view looks down its −Z.
+    /// Rotation from view to world as a quaternion x, y, z, w. The view looks along its −Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
     /// Whole vertical field of view, 1–170 degrees.
@@ -88,7 +89,7 @@ pub struct ViewSpec {
     /// Distance between the eyes.
     #[serde(default = "default_ipd")]
     pub ipd_m: f64,
-    /// Each eye turned outwards by this angle.
+    /// Angle by which each eye is turned outwards.
     #[serde(default)]
     pub cant_deg: f64,
     /// Distance of the near plane.
@@ -96,12 +97,12 @@ pub struct ViewSpec {
     pub near_m: f64,
 }
 
-/// A way of the head: a smooth curve through its keys, seen with the field of view and eyes of a viewpoint.
+/// A path of the head: a smooth curve through its keys, seen with the field of view and the eyes of a viewpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeadPathSpec {
     pub name: String,
-    /// Frames a second at which it is meant to be seen, above 0 to 1000.
+    /// Frame rate at which the path is meant to be seen: above 0, at most 1000.
     #[serde(default = "default_rate")]
     pub rate_hz: f64,
     /// At least two, in order of time.
@@ -112,20 +113,20 @@ fn default_rate() -> f64 {
     super::head_path::DEFAULT_RATE_HZ
 }
 
-/// A moment of a path; give `target` or `orientation`.
+/// A key of a path: the head's pose at one moment. Give either `target` or `orientation`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeadKeySpec {
     pub time_s: f64,
-    /// Of the point half-way between the eyes.
+    /// Position of the point half-way between the eyes.
     pub position: [f64; 3],
-    /// A point to look at, the head upright.
+    /// A point to look at with the head upright.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<[f64; 3]>,
-    /// World from view as a quaternion x, y, z, w; the view looks down its −Z.
+    /// Rotation from view to world as a quaternion x, y, z, w. The view looks along its −Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
-    /// The head jumps here from the key before.
+    /// Whether the head jumps here from the key before.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut: bool,
 }
@@ -142,30 +143,30 @@ fn default_near() -> f64 {
     0.05
 }
 
-/// Size and shadow of a light that stands in the glTF. Without an entry its shadow is hard.
+/// Size and shadow of a light of the glTF. A light without an entry has a hard shadow.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileLightSpec {
-    /// Of the light, or of its node where the light has none. All lights of this name are meant.
+    /// Name of the light, or of its node where the light has none. All lights with this name are meant.
     pub name: String,
-    /// False: its light goes through everything.
+    /// If false, nothing blocks the light: it casts no shadows.
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     pub shadows: bool,
-    /// Of a directional light: the whole angle under which it appears, 0 to 90 degrees.
+    /// For a directional light: the whole angle under which it appears, 0 to 90 degrees.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub angle_deg: f32,
-    /// Of any other light: radius of the sphere that it shines from, 0 to 1,000 m.
+    /// For any other light: the radius of the sphere that it shines from, 0 to 1,000 m.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_m: f32,
 }
 
-/// What may be done with a material of the geometry.
+/// How a material of the geometry may be treated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
-    /// All materials of this name are meant.
+    /// Name of the material. All materials with this name are meant.
     pub name: String,
-    /// False: each eye is lit in full where it is seen, whatever `--shading-reuse` says.
+    /// If false, each eye is lit on its own wherever this material is seen, whatever `--shading-reuse` says.
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     pub shading_reuse: bool,
 }
@@ -182,52 +183,52 @@ fn is_zero(x: &f32) -> bool {
     *x == 0.0
 }
 
-/// A light. Colours are linear; intensities as in `KHR_lights_punctual` without the 683 lm/W. Its size softens its
-/// shadow and changes nothing else: no reflection shows the light itself.
+/// A light. Colours are linear. Intensities are as in `KHR_lights_punctual`, without the factor of 683 lm/W. The size
+/// of a light softens its shadow and changes nothing else: no reflection shows the light itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LightSpec {
     Directional {
-        /// Where the light travels to.
+        /// The direction in which the light travels.
         direction: [f32; 3],
-        /// On a facing surface.
+        /// Irradiance on a surface that faces the light.
         irradiance: [f32; 3],
         /// The whole angle under which the light appears, 0 to 90 degrees; the sun's is 0.53.
         #[serde(default, skip_serializing_if = "is_zero")]
         angle_deg: f32,
-        /// False: the light goes through everything.
+        /// If false, nothing blocks the light: it casts no shadows.
         #[serde(default = "yes", skip_serializing_if = "is_true")]
         shadows: bool,
     },
     Point {
         position: [f64; 3],
-        /// Irradiance on a facing surface one metre away.
+        /// Irradiance on a surface one metre away that faces the light.
         intensity: [f32; 3],
-        /// No light beyond; none = no limit.
+        /// Distance beyond which there is no light; no limit when left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         range_m: Option<f32>,
-        /// Of the sphere that it shines from, 0 to 1,000 m.
+        /// Radius of the sphere that it shines from, 0 to 1,000 m.
         #[serde(default, skip_serializing_if = "is_zero")]
         radius_m: f32,
-        /// False: the light goes through everything.
+        /// If false, nothing blocks the light: it casts no shadows.
         #[serde(default = "yes", skip_serializing_if = "is_true")]
         shadows: bool,
     },
     Spot {
         position: [f64; 3],
-        /// A point on the axis.
+        /// A point on the axis of the cone.
         target: [f64; 3],
         intensity: [f32; 3],
         #[serde(default, skip_serializing_if = "Option::is_none")]
         range_m: Option<f32>,
-        /// From the axis: full strength within.
+        /// Angle from the axis within which the light has its full strength.
         inner_deg: f32,
-        /// From the axis: nothing beyond.
+        /// Angle from the axis beyond which there is no light.
         outer_deg: f32,
-        /// Of the sphere that it shines from, 0 to 1,000 m.
+        /// Radius of the sphere that it shines from, 0 to 1,000 m.
         #[serde(default, skip_serializing_if = "is_zero")]
         radius_m: f32,
-        /// False: the light goes through everything.
+        /// If false, nothing blocks the light: it casts no shadows.
         #[serde(default = "yes", skip_serializing_if = "is_true")]
         shadows: bool,
     },
@@ -239,11 +240,11 @@ pub enum LightSpec {
 pub enum EnvironmentSpec {
     Sky(SkySpec),
     Map(MapSpec),
-    /// The same radiance from everywhere.
+    /// The same radiance in every direction.
     Constant([f32; 3]),
 }
 
-/// The analytic sky; see docs/scenes.md for its formula.
+/// The analytic sky; docs/scenes.md has its formula.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SkySpec {
@@ -251,17 +252,18 @@ pub struct SkySpec {
     pub zenith: [f32; 3],
     /// Radiance just above the horizon.
     pub horizon: [f32; 3],
-    /// Radiance from below.
+    /// Radiance that comes from below the horizon.
     pub ground: [f32; 3],
     /// Height of the sun above the horizon.
     pub sun_elevation_deg: f64,
-    /// Direction of the sun from −Z, growing towards +X.
+    /// Azimuth of the sun: 0 towards −Z, growing towards +X.
     pub sun_azimuth_deg: f64,
-    /// What the sun puts on a surface facing it; it becomes a directional light, never pixels.
+    /// Irradiance of the sun on a surface that faces it. The sun becomes a directional light and is never in the pixels
+    /// of the sky.
     pub sun_irradiance: [f32; 3],
     /// The whole angle under which the sun appears, 0 to 90 degrees.
     pub sun_angle_deg: f64,
-    /// Extra radiance of the haze towards the sun.
+    /// Additional radiance of the haze around the sun.
     pub glow: [f32; 3],
 }
 
@@ -286,18 +288,18 @@ impl Default for SkySpec {
 pub struct MapSpec {
     /// `.hdr` or `.exr`, relative to the manifest.
     pub file: String,
-    /// Turns the world under the map: a feature at −Z moves towards +X.
+    /// Turns the map about the vertical axis: a feature at −Z moves towards +X.
     #[serde(default)]
     pub rotation_deg: f64,
     /// Factor on every texel.
     #[serde(default = "one")]
     pub intensity: f32,
-    /// Largest radiance kept after `intensity`; none = all.
+    /// Largest radiance that is kept, after `intensity`; no limit when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clamp: Option<f32>,
 }
 
-/// A node (with everything below it) that moves.
+/// A node that moves, together with all nodes below it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
@@ -306,24 +308,24 @@ pub struct MotionSpec {
     pub path: PathSpec,
 }
 
-/// How it moves; at time 0 it stands where the glTF puts it.
+/// How a node moves. At time 0 it stands where the glTF puts it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum PathSpec {
-    /// Around a vertical or other axis through a point of the world.
+    /// A rotation about an axis, vertical by default, through a point of the world.
     Orbit {
         center: [f64; 3],
         #[serde(default = "up")]
         axis: [f64; 3],
         period_s: f64,
     },
-    /// About an axis through the middle of the node's bounding box.
+    /// A rotation about an axis through the middle of the node's bounding box.
     Spin {
         #[serde(default = "up")]
         axis: [f64; 3],
         period_s: f64,
     },
-    /// There and back: `offset_m · sin(2π t / period_s)`.
+    /// A movement to and fro: `offset_m · sin(2π t / period_s)`.
     Translate { offset_m: [f64; 3], period_s: f64 },
 }
 

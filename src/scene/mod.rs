@@ -1,8 +1,9 @@
-//! What a renderer needs to know of the world: geometry, materials, lights, environment, views.
+//! What a renderer needs to know about the world: geometry, materials, lights, environment and views. [`load()`] makes
+//! a [`Scene`]; renderers, comparisons and studies of stability read it.
 //!
-//! Conventions are glTF's: right-handed, +Y up, metres, a camera looks down its own −Z. World
-//! positions are `f64` (an `f32` step is a metre at 1e7 m); a frame subtracts the head's position
-//! before anything becomes `f32`.
+//! The conventions are those of glTF: right-handed, +Y up, metres, and a camera looks along its own −Z. World positions
+//! are `f64`, because at 1e7 m a step of an `f32` is a metre. A frame subtracts the head's position before anything
+//! becomes `f32`.
 
 pub mod builtin;
 pub mod camera;
@@ -26,14 +27,14 @@ pub use load::{ExtensionUse, Loading, Treatment, load, load_bytes, load_with};
 pub use motion::Motion;
 pub use shelf::Shelf;
 
-/// A loaded scene, every reference resolved, every hazard repaired or refused.
+/// A loaded scene. All references in it are resolved, and all hazards are repaired or refused.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The built-in name, the manifest's `name`, or the file's stem.
     pub name: String,
-    /// Triangle lists in their object's space.
+    /// Triangle lists in the space of their object.
     pub primitives: Vec<Primitive>,
-    /// Where the primitives stand. Order is stable: the index is the instance id on screen.
+    /// Where the primitives stand. The order is stable: an instance's index is its id in the G-buffer.
     pub instances: Vec<Instance>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
@@ -41,17 +42,18 @@ pub struct Scene {
     pub environment: Environment,
     /// At least one; the first is the default.
     pub views: Vec<View>,
-    /// Ways of the head that the manifest names.
+    /// Paths of the head that the manifest defines.
     pub paths: Vec<HeadPath>,
-    /// What a reflection ray without an answer sees.
+    /// What a reflection ray sees that finds no answer.
     pub fallback: Fallback,
-    /// Linear factor before the tone map (1 = as it is).
+    /// Linear factor on radiance before the tone map; 1 leaves it unchanged.
     pub exposure: f32,
-    /// Depth behind an open mesh's front face that counts as matter, metres.
+    /// Thickness that is assumed behind the front face of an open mesh, metres.
     pub open_mesh_thickness_m: f32,
-    /// What moves; [`Scene::set_time`] places it. A loaded scene stands at time 0.
+    /// What moves. [`Scene::set_time`] puts it in its place; a loaded scene is at time 0.
     pub motions: Vec<Motion>,
-    /// SHA-256 (hex) over every byte the scene was made from: manifest, geometry, textures, environment.
+    /// SHA-256, in hexadecimal, over every byte that the scene was made from: manifest, geometry, textures and
+    /// environment.
     pub content_sha256: String,
     /// The glTF extensions that the file names, and what became of each.
     pub extensions: Vec<ExtensionUse>,
@@ -59,7 +61,7 @@ pub struct Scene {
     pub repairs: Vec<String>,
 }
 
-/// One triangle list with one material. Attribute vectors have one entry a vertex.
+/// One triangle list with one material. The attribute vectors have one entry for each vertex.
 #[derive(Debug, Clone)]
 pub struct Primitive {
     pub name: String,
@@ -70,13 +72,13 @@ pub struct Primitive {
     pub tangents: Vec<Vec4>,
     pub uv0: Vec<Vec2>,
     pub uv1: Vec<Vec2>,
-    /// Linear, straight alpha; white where the file has none.
+    /// Linear, straight alpha; white where the file has no colours.
     pub colors: Vec<Vec4>,
-    /// Three per triangle, counter-clockwise seen from the front; degenerate triangles removed.
+    /// Three indices for each triangle, counter-clockwise seen from the front. Degenerate triangles are removed.
     pub indices: Vec<u32>,
     /// Index into `Scene::materials`.
     pub material: usize,
-    /// Every welded edge has exactly two triangles of opposite direction: back faces bound matter.
+    /// Whether every welded edge belongs to exactly two triangles of opposite direction. Then back faces bound matter.
     pub closed: bool,
 }
 
@@ -86,11 +88,11 @@ pub struct Instance {
     /// Index into `Scene::primitives`.
     pub primitive: usize,
     pub world_from_object: DAffine3,
-    /// The same one frame (1/90 s) earlier; equal when nothing moves.
+    /// The same transform one frame (1/90 s) earlier. Both are equal where nothing moves.
     pub previous_world_from_object: DAffine3,
 }
 
-/// glTF's metallic-roughness material, resolved.
+/// glTF's metallic-roughness material, with its textures and extensions resolved.
 #[derive(Debug, Clone)]
 pub struct Material {
     pub name: String,
@@ -104,7 +106,7 @@ pub struct Material {
     pub metallic_roughness_texture: Option<TextureRef>,
     pub normal_texture: Option<TextureRef>,
     pub normal_scale: f32,
-    /// Linear radiance, `KHR_materials_emissive_strength` multiplied in.
+    /// Linear radiance, including the factor of `KHR_materials_emissive_strength`.
     pub emissive: Vec3,
     pub emissive_texture: Option<TextureRef>,
     /// Reflectance of the dielectric part at normal incidence, from ior and specular (0.04 by default), linear RGB.
@@ -113,15 +115,16 @@ pub struct Material {
     pub double_sided: bool,
     /// `KHR_materials_transmission` factor, 0–1.
     pub transmission: f32,
-    /// The eyes may share what lights put on it; a manifest may forbid it.
+    /// Whether the eyes may share the direct light of this material. A manifest may forbid it.
     pub shading_reuse: bool,
 }
 
-/// How coverage is decided. Blended surfaces are cut out at one half: a deferred renderer has one surface a pixel.
+/// How coverage is decided. Blended surfaces are cut out at an alpha of one half, because a deferred renderer has one
+/// surface for each pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alpha {
     Opaque,
-    /// Discarded where alpha is below the cutoff.
+    /// The fragment is discarded where alpha is below the cutoff.
     Mask {
         cutoff: f32,
     },
@@ -146,11 +149,11 @@ pub struct Texture {
     pub height: u32,
     /// Row-major from the top-left, four bytes a texel.
     pub rgba8: Arc<Vec<u8>>,
-    /// The RGB bytes are sRGB-encoded (base colour, emissive).
+    /// Whether the RGB bytes are sRGB-encoded (base colour, emissive).
     pub srgb: bool,
     pub wrap_u: Wrap,
     pub wrap_v: Wrap,
-    /// Nearest instead of linear filtering.
+    /// Whether the texture is filtered by the nearest texel instead of linearly.
     pub nearest: bool,
 }
 
@@ -161,19 +164,19 @@ pub enum Wrap {
     Clamp,
 }
 
-/// A light without a shape that is seen, in the world.
+/// A light in the world that has no visible shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Light {
     pub source: LightSource,
-    /// Softens the shadow, and nothing else: half the angle under which a directional light appears, radians; the radius
-    /// of a sphere about any other, metres. 0: a hard shadow.
+    /// Softens the shadow and does nothing else. For a directional light it is half the angle under which the light
+    /// appears, radians; for any other, the radius of a sphere about it, metres. 0 gives a hard shadow.
     pub size: f32,
-    /// False: the light goes through everything.
+    /// If false, nothing blocks the light.
     pub casts_shadow: bool,
 }
 
 impl From<LightSource> for Light {
-    /// With a hard shadow.
+    /// The light with a hard shadow.
     fn from(source: LightSource) -> Light {
         Light { source, size: 0.0, casts_shadow: true }
     }
@@ -182,25 +185,28 @@ impl From<LightSource> for Light {
 /// Where a light comes from and how strong it is, as in `KHR_lights_punctual`.
 #[derive(Debug, Clone, Copy)]
 pub enum LightSource {
-    /// Irradiance on a facing surface, lux-like; `direction` is where the light travels to, unit length.
+    /// `irradiance` is that on a surface facing the light, lux-like. `direction` is the one in which the light travels,
+    /// unit length.
     Directional { direction: Vec3, irradiance: Vec3 },
-    /// Radiant intensity, candela-like; no light beyond `range_m` (infinite when none is given).
+    /// `intensity` is radiant intensity, candela-like. There is no light beyond `range_m` (infinite when the file gives
+    /// no range).
     Point { position: DVec3, intensity: Vec3, range_m: f32 },
-    /// As a point with a cone: `direction` unit length, angles from the axis in radians.
+    /// As a point, with a cone: `direction` has unit length, and the angles from the axis are in radians.
     Spot { position: DVec3, direction: Vec3, intensity: Vec3, range_m: f32, inner_rad: f32, outer_rad: f32 },
 }
 
-/// Light from infinity, with what is needed to shade by it.
+/// Light from infinity, with what shading needs of it.
 #[derive(Debug, Clone)]
 pub struct Environment {
-    /// Equirectangular radiance, linear Rec. 709, intensity and rotation applied.
+    /// Equirectangular radiance, linear Rec. 709, with intensity and rotation applied.
     ///
     /// u = atan2(d.x, −d.z)/2π + ½ (the middle column looks down −Z, u grows to the right),
     /// v = acos(d.y)/π (the top row looks up).
     pub radiance: Equirect,
-    /// Cosine-weighted mean radiance (irradiance / π) by normal: multiply by a diffuse albedo.
+    /// Cosine-weighted mean radiance (irradiance / π) by normal, to be multiplied by a diffuse albedo.
     pub irradiance: Equirect,
-    /// GGX-prefiltered radiance; level i of n is for perceptual roughness i/(n−1). All levels equal in size.
+    /// Radiance prefiltered with GGX. Level i of n is for the perceptual roughness i/(n−1). All levels have the same
+    /// size.
     pub specular: Vec<Equirect>,
 }
 
@@ -213,26 +219,26 @@ pub struct Equirect {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// What an *unknown* reflection ray sees (never one that reached the sky).
+/// What a reflection ray sees whose answer is *unknown*. A ray that reached the sky is not unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fallback {
     /// Nothing, as in the paper.
     #[default]
     Black,
-    /// One probe in the scene, prefiltered at load.
+    /// A probe of the scene, path-traced at its first view and prefiltered.
     Probe,
-    /// The environment; puts sky into closed rooms.
+    /// The environment. In closed rooms it shows sky where there is none.
     Environment,
 }
 
 impl Scene {
-    /// What an instance is made of.
+    /// The material of an instance.
     pub fn material_of(&self, instance: &Instance) -> &Material {
         &self.materials[self.primitives[instance.primitive].material]
     }
 
-    /// Triangles over all instances.
+    /// The number of triangles of all instances.
     pub fn triangle_count(&self) -> usize {
         self.instances.iter().map(|i| self.primitives[i.primitive].indices.len() / 3).sum()
     }

@@ -1,4 +1,4 @@
-//! Things that move: rigid paths through the world as functions of time.
+//! Things that move: rigid paths through the world as functions of time. Manifests define them; renderers set the time.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -12,24 +12,25 @@ pub const FRAME_S: f64 = 1.0 / 90.0;
 pub struct Motion {
     /// Indices into [`Scene::instances`].
     pub instances: Vec<usize>,
-    /// Where each of them stands at time 0, in the same order.
+    /// The transform of each of them at time 0, in the same order.
     pub rest: Vec<DAffine3>,
     pub path: Path,
 }
 
-/// A rigid movement of the world that is the identity at time 0.
+/// A rigid movement in the world, which is the identity at time 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Path {
-    /// Once around the axis through `center` in `period_s`, counter-clockwise seen against `axis` (unit length).
+    /// One rotation about the axis through `center` in `period_s`, counter-clockwise for a viewer towards whom `axis`
+    /// (unit length) points.
     ///
-    /// A centre within the group is a spin on the spot.
+    /// With a centre inside the group it is a spin on the spot.
     Orbit { center: DVec3, axis: DVec3, period_s: f64 },
-    /// There and back along `offset_m`: `offset_m · sin(2π t / period_s)`.
+    /// A movement to and fro along `offset_m`: `offset_m · sin(2π t / period_s)`.
     Sway { offset_m: DVec3, period_s: f64 },
 }
 
 impl Path {
-    /// World at `time_s` from world at time 0.
+    /// The transform of the world from time 0 to `time_s`.
     pub fn at(&self, time_s: f64) -> DAffine3 {
         match *self {
             Path::Orbit { center, axis, period_s } => {
@@ -45,12 +46,12 @@ impl Path {
 }
 
 impl Scene {
-    /// Where each instance stands, in the order of [`Scene::instances`].
+    /// The present transform of each instance, in the order of [`Scene::instances`].
     pub fn places(&self) -> Vec<DAffine3> {
         self.instances.iter().map(|i| i.world_from_object).collect()
     }
 
-    /// Where each instance stands at `time_s`, in the order of [`Scene::instances`].
+    /// The transform of each instance at `time_s`, in the order of [`Scene::instances`].
     pub fn places_at(&self, time_s: f64) -> Vec<DAffine3> {
         let mut places = self.places();
         for motion in &self.motions {
@@ -64,7 +65,7 @@ impl Scene {
         places
     }
 
-    /// Places everything that moves at `time_s`, and its previous place `frame_s` earlier.
+    /// Places everything that moves at `time_s`. Its previous transform becomes the one `frame_s` earlier.
     pub fn set_time(&mut self, time_s: f64, frame_s: f64) {
         for motion in &self.motions {
             let (now, before) = (motion.path.at(time_s), motion.path.at(time_s - frame_s));

@@ -1,4 +1,5 @@
-//! Scenes that were loaded and may be asked for again: several comparisons of a scene load it once.
+//! Keeps loaded scenes that may be needed again, so that several comparisons of one scene load it once. Comparisons and
+//! the reproduction of the paper load their scenes here.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -6,27 +7,27 @@ use std::sync::Arc;
 
 use super::{Loading, Scene, SceneError, load_with};
 
-/// So many scenes stay; the one that was asked for longest ago goes first.
+/// The most scenes that are kept. The one that was used longest ago is dropped first.
 const MOST: usize = 8;
 
-/// A scene under the name that was asked for.
+/// A scene, and the name under which it was asked for.
 type Named = (String, Arc<Scene>);
 
-/// See the module's documentation. A clone is the same shelf.
+/// See the module's documentation. A clone shares the same scenes.
 #[derive(Debug, Clone, Default)]
 pub struct Shelf {
     loading: Loading,
-    /// In the order in which they were asked for last.
+    /// The most recently used scene is last.
     scenes: Rc<RefCell<Vec<Named>>>,
 }
 
 impl Shelf {
-    /// An empty one, whose scenes are loaded as `loading` says.
+    /// An empty shelf, whose scenes will be loaded with these options.
     pub fn new(loading: Loading) -> Shelf {
         Shelf { loading, scenes: Rc::default() }
     }
 
-    /// As [`load_with`], unless the scene stands here.
+    /// The scene that is kept under this name, or else the result of [`load_with`].
     ///
     /// # Errors
     /// As [`load_with`].
@@ -56,7 +57,7 @@ mod tests {
         let first = shelf.load("room").expect("built in");
         assert!(Arc::ptr_eq(&first, &shelf.clone().load("room").expect("built in")));
         assert!(shelf.load("nowhere").is_err(), "what cannot be loaded is no scene");
-        // Names beyond the shelf's room push out those that were asked for before them.
+        // Names beyond the shelf's capacity push out those that were used before them.
         let names: Vec<String> = (0..MOST).map(|i| format!("other {i}")).collect();
         shelf.scenes.borrow_mut().splice(0..0, names[1..].iter().map(|name| (name.clone(), Arc::clone(&first))));
         assert_eq!(shelf.scenes.borrow().len(), MOST);

@@ -1,10 +1,11 @@
-//! What a scene holds, what was mended, and what to know before a study uses it.
+//! What a scene holds, what was repaired, and what one should know before a study uses it. `scene info`, `scene check`
+//! and the reproduction of the paper report it.
 
 use serde::Serialize;
 
 use super::{Alpha, ExtensionUse, Scene};
 
-/// Table 1 of the paper counts materials below this roughness as reflective.
+/// Table 1 of the paper counts the materials below this roughness as reflective.
 pub const REFLECTIVE_BELOW: f32 = 0.8;
 
 /// Counts, shares and sentences about a scene.
@@ -12,26 +13,26 @@ pub const REFLECTIVE_BELOW: f32 = 0.8;
 pub struct Survey {
     pub name: String,
     pub content_sha256: String,
-    /// Over all instances.
+    /// Of all instances together.
     pub triangles: usize,
-    /// Draws: placed primitives.
+    /// Draw calls: the number of placed primitives.
     pub instances: usize,
     pub primitives: usize,
     pub materials: usize,
-    /// Materials of roughness < 0.8.
+    /// Materials with a roughness below 0.8.
     pub reflective_materials: usize,
-    /// Over the reflective ones: smallest, largest and mean roughness factor.
+    /// Smallest, largest and mean roughness factor of the reflective materials.
     pub roughness: Option<[f32; 3]>,
     pub textures: usize,
     pub lights: usize,
     pub views: Vec<String>,
     /// Instances that move.
     pub moving: usize,
-    /// Share of triangles in closed meshes: only those get back faces.
+    /// Share of the triangles that belong to closed meshes. Only those get a layer of back faces.
     pub closed_share: f64,
-    /// Vertices and indices, uncompressed.
+    /// Size of vertices and indices, uncompressed.
     pub geometry_mib: f64,
-    /// Texels, uncompressed, without mips.
+    /// Size of the texels, uncompressed and without mip levels.
     pub texture_mib: f64,
     /// The glTF extensions that the file names: read, approximated or ignored.
     pub extensions: Vec<ExtensionUse>,
@@ -39,7 +40,7 @@ pub struct Survey {
     pub warnings: Vec<String>,
 }
 
-/// Looks a scene over.
+/// Surveys a scene.
 pub fn survey(scene: &Scene) -> Survey {
     let rough: Vec<f32> = scene.materials.iter().map(|m| m.roughness).filter(|r| *r < REFLECTIVE_BELOW).collect();
     let roughness = (!rough.is_empty()).then(|| {
@@ -56,7 +57,7 @@ pub fn survey(scene: &Scene) -> Survey {
         .sum();
     // Position 12, normal 12, tangent 16, two UV sets 16, colour 16 bytes.
     let vertices: usize = scene.primitives.iter().map(|p| p.positions.len() * 72 + p.indices.len() * 4).sum();
-    // An image used as colour and as data is one allocation.
+    // An image that is used both as colour and as data is allocated once.
     let mut images: Vec<_> = scene.textures.iter().map(|t| (t.rgba8.as_ptr(), t.rgba8.len())).collect();
     images.sort_unstable();
     images.dedup();

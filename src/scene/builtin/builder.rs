@@ -1,4 +1,5 @@
-//! Shapes, materials and textures → an ordinary glTF: JSON, one `.bin`, PNG textures.
+//! Collects a built-in scene's shapes, materials and textures and writes them as an ordinary glTF: JSON, one `.bin`,
+//! and PNG textures. Every built-in scene is made with a [`Builder`]; the glTF goes to the scene loader.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,12 +36,12 @@ impl Pose {
         Pose { position: Vec3::new(x, y, z), rotation: Quat::IDENTITY, scale: 1.0 }
     }
 
-    /// Turned about its own vertical first, counter-clockwise from above.
+    /// Turns the mesh about its own vertical axis before the rotation so far; counter-clockwise seen from above.
     pub fn yaw(self, degrees: f32) -> Pose {
         Pose { rotation: self.rotation * turn(Vec3::Y, degrees), ..self }
     }
 
-    /// Tipped backwards about its own x axis.
+    /// Tips the mesh backwards about its own x axis, before the rotation so far.
     pub fn pitch(self, degrees: f32) -> Pose {
         Pose { rotation: self.rotation * turn(Vec3::X, degrees), ..self }
     }
@@ -56,10 +57,10 @@ pub struct MaterialId(usize);
 #[derive(Debug, Clone, Copy)]
 pub struct MeshId(usize);
 
-/// Collects a scene; `detail` scales triangle counts.
+/// Collects the parts of a scene. Its `detail` scales the triangle counts.
 pub struct Builder {
     name: String,
-    /// √detail: how many times as many segments along each direction.
+    /// √detail: the factor on the number of segments along each direction.
     fineness: f32,
     finishes: Vec<Finish>,
     images: Vec<(String, Image)>,
@@ -79,7 +80,7 @@ impl Builder {
         }
     }
 
-    /// A segment count for this scene's detail: `full` at detail 1, never below `least`.
+    /// The number of segments for this scene's detail: `full` at detail 1, and never fewer than `least`.
     pub fn segments(&self, full: usize, least: usize) -> usize {
         ((full as f32 * self.fineness).round() as usize).max(least)
     }
@@ -102,7 +103,7 @@ impl Builder {
         entries.iter().enumerate().map(finish).map(|f| self.material(f)).collect()
     }
 
-    /// A mesh of one or more parts; parts of one material are joined.
+    /// A mesh of one or more parts. Parts with the same material are joined.
     pub fn mesh(&mut self, name: &str, parts: Vec<(MaterialId, Shape)>) -> MeshId {
         let mut joined: BTreeMap<MaterialId, Shape> = BTreeMap::new();
         for (material, shape) in parts {
@@ -116,24 +117,24 @@ impl Builder {
         self.nodes.push((name.to_owned(), mesh, pose));
     }
 
-    /// A mesh that stands once, where its shape is.
+    /// Adds a mesh that is placed once, where its shape already is.
     pub fn add(&mut self, name: &str, material: MaterialId, shape: Shape) {
         let mesh = self.mesh(name, vec![(material, shape)]);
         self.place(name, mesh, Pose::at(0.0, 0.0, 0.0));
     }
 
-    /// Triangles over everything placed.
+    /// The number of triangles of all placed meshes.
     pub fn triangle_count(&self) -> usize {
         let of = |mesh: &MeshId| self.meshes[mesh.0].1.iter().map(|(_, shape)| shape.indices.len() / 3).sum::<usize>();
         self.nodes.iter().map(|(_, mesh, _)| of(mesh)).sum()
     }
 
-    /// How many materials there are.
+    /// The number of materials.
     pub fn material_count(&self) -> usize {
         self.finishes.len()
     }
 
-    /// The textures' files in order, made on all cores.
+    /// The textures as PNG files, in order; all processor cores work on them.
     fn pngs(&self) -> Vec<Result<Vec<u8>, String>> {
         let next = AtomicUsize::new(0);
         let threads = thread::available_parallelism().map_or(1, |n| n.get());
@@ -153,7 +154,7 @@ impl Builder {
         made.into_iter().map(|(_, png)| png).collect()
     }
 
-    /// The glTF; the same bytes every time.
+    /// The glTF. The same scene gives the same bytes every time.
     pub fn finish(self) -> Result<Generated, String> {
         let mut out = Writer::default();
         let materials: Vec<Value> = self.finishes.iter().map(material_json).collect();

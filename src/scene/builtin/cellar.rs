@@ -1,4 +1,4 @@
-//! The cellar around the table of `wine`: walls, racked bottles, sideboards.
+//! The cellar around the table of `wine`: walls, racks of bottles, sideboards. Called by the scene `wine` alone.
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ use super::sweep::{cask, disc, tube};
 use super::tableware;
 use super::texture::Image;
 
-/// Floor, walls and beams; the wood that the furniture is of.
+/// Builds the floor, the walls and the beams. Returns the wood that the furniture is made of.
 pub(super) fn shell(b: &mut Builder) -> MaterialId {
     let stone = move |u, v| pattern::checker(u, v, 4, rgb(88, 80, 72), rgb(40, 34, 32));
     let floor_map = b.texture("flags", Image::color(512, stone));

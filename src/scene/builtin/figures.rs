@@ -1,4 +1,4 @@
-//! Robots, statues, columns and lanterns.
+//! Shapes of robots, statues, columns and lanterns, for the scenes `pica`, `pink` and `temple`.
 
 use glam::{Vec2, Vec3};
 
@@ -8,7 +8,7 @@ use super::solids::{block, rounded_box, sphere, torus};
 use super::sweep::{disc, lathe, lathe_with, prism, smooth, smooth3, tapered, tube};
 use super::tableware::MeshParts;
 
-/// What a robot is painted with.
+/// The materials of a robot.
 #[derive(Debug, Clone, Copy)]
 pub struct RobotPaint {
     pub body: MaterialId,
@@ -17,7 +17,7 @@ pub struct RobotPaint {
     pub eye: MaterialId,
 }
 
-/// A toy robot 1 unit tall facing +Z, of one of three builds; `wave` raises its right arm by degrees.
+/// A toy robot, 1 unit tall, that faces +Z. `build` chooses one of three builds; `wave` raises its right arm, degrees.
 pub fn robot(b: &Builder, paint: RobotPaint, build: usize, wave: f32) -> MeshParts {
     let (s, n) = (b.segments(6, 2), b.segments(36, 8));
     let (mut body, mut trim, mut joint, mut eye) =
@@ -80,7 +80,7 @@ pub fn robot(b: &Builder, paint: RobotPaint, build: usize, wave: f32) -> MeshPar
     vec![(paint.body, body), (paint.trim, trim), (paint.joint, joint), (paint.eye, eye)]
 }
 
-/// A keyboard lying flat: rows of rounded keys on a plate.
+/// A keyboard that lies flat: rows of rounded keys on a plate.
 pub fn keyboard(b: &Builder, base: MaterialId, keys: MaterialId, width: f32) -> MeshParts {
     let s = b.segments(2, 1);
     let pitch = width / 15.5;
@@ -98,7 +98,7 @@ pub fn keyboard(b: &Builder, base: MaterialId, keys: MaterialId, width: f32) -> 
     vec![(base, block(width, pitch * 0.5, pitch * 5.5, pitch * 0.15, s + 1)), (keys, caps)]
 }
 
-/// A fluted column `height` high on a square foot, with a capital.
+/// A fluted column of this height on a square foot, with a capital.
 pub fn column(b: &Builder, height: f32, radius: f32) -> Shape {
     let (h, r, s) = (height, radius, b.segments(5, 1));
     let mut shape = block(r * 3.0, r * 0.5, r * 3.0, r * 0.06, s);
@@ -124,7 +124,8 @@ pub fn column(b: &Builder, height: f32, radius: f32) -> Shape {
     shape
 }
 
-/// A lantern hanging below (0, 0, 0): chain, roof, bars and a glowing core; about 0.5 m with its `chain`.
+/// A lantern that hangs below (0, 0, 0): a chain of the length `chain`, a roof, bars and a glowing core. About 0.5 m
+/// long with its chain.
 pub fn lantern(b: &Builder, metal: MaterialId, glow: MaterialId, chain: f32) -> MeshParts {
     let n = b.segments(40, 8);
     let mut shape = Shape::default();
@@ -148,7 +149,7 @@ pub fn lantern(b: &Builder, metal: MaterialId, glow: MaterialId, chain: f32) -> 
     vec![(metal, shape), (glow, sphere(0.085, n).scaled(1.0, 1.35, 1.0).at(0.0, y - 0.24, 0.0))]
 }
 
-/// A seated figure about 1 unit high facing +Z: robe, folded hands, head with a crown, on a lotus.
+/// A seated figure, about 1 unit high, that faces +Z: a robe, folded hands and a head with a crown, on a lotus.
 pub fn seated_figure(b: &Builder) -> Shape {
     let n = b.segments(72, 12);
     let mut shape = lotus(b, 0.46, 0.16);
@@ -193,7 +194,7 @@ pub fn seated_figure(b: &Builder) -> Shape {
     shape
 }
 
-/// A ring of petals around a drum: `radius` wide, `height` high.
+/// A ring of petals around a drum. `radius` is the ring's radius and `height` its height.
 pub fn lotus(b: &Builder, radius: f32, height: f32) -> Shape {
     let mut shape = disc(radius * 0.85, height, b.segments(64, 12));
     for row in 0..2 {

@@ -1,8 +1,8 @@
-//! What a surface is made of, and its glTF material.
+//! What a surface is made of, and the glTF material that is written for it.
 
 use serde_json::{Value, json};
 
-/// A texture of the scene being made.
+/// A texture of the scene that is being made.
 #[derive(Debug, Clone, Copy)]
 pub struct TextureId(pub(super) usize);
 
@@ -19,7 +19,7 @@ pub struct Finish {
     pub(super) color_map: Option<TextureId>,
     pub(super) roughness_map: Option<TextureId>,
     pub(super) normal_map: Option<TextureId>,
-    /// Repeats a metre (or a unit of UV).
+    /// How often the textures repeat along a metre (or along a unit of UV).
     pub(super) repeat: f32,
 }
 
@@ -53,7 +53,8 @@ impl Finish {
         Finish { ior, ..self }
     }
 
-    /// Share of the light that goes through, in the finish's colour: cloth about 0.4, a pane nearly 1.
+    /// Share of the light that passes through, 0–1, tinted by the finish's colour: about 0.4 for cloth, nearly 1 for a
+    /// pane.
     pub fn transmitting(self, transmission: f32) -> Finish {
         Finish { transmission, ..self }
     }
@@ -62,7 +63,7 @@ impl Finish {
         Finish { color_map: Some(color_map), repeat, ..self }
     }
 
-    /// G = roughness factor, B = metallic factor.
+    /// A map whose green channel is the roughness factor and whose blue channel is the metallic factor.
     pub fn roughness_map(self, map: TextureId) -> Finish {
         Finish { roughness_map: Some(map), ..self }
     }

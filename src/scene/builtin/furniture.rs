@@ -1,4 +1,5 @@
-//! Furniture and fittings: tables, chairs, sofas, shelves, lamps, windows, pictures, plants, curtains.
+//! Shapes of furniture and fittings: tables, chairs, sofas, shelves, lamps, windows, pictures, plants and curtains. The
+//! built-in scenes place them.
 
 use glam::{Vec2, Vec3};
 
@@ -10,7 +11,7 @@ use super::surface::{cushion, plate};
 use super::sweep::{self, disc, frame, lathe, smooth, smooth3, tapered, tube};
 use super::tableware::MeshParts;
 
-/// A table with four tapered legs; its top's upper face at `height`.
+/// A table with four tapered legs. The upper face of its top is at `height`.
 pub fn table(b: &Builder, top: MaterialId, legs: MaterialId, width: f32, depth: f32, height: f32) -> MeshParts {
     let s = b.segments(4, 1);
     let thick = 0.045;
@@ -33,7 +34,7 @@ pub fn table(b: &Builder, top: MaterialId, legs: MaterialId, width: f32, depth: 
     vec![(top, block(width, thick, depth, 0.012, s).at(0.0, height - thick, 0.0)), (legs, frame)]
 }
 
-/// A dining chair facing +Z, seat at 0.46 m.
+/// A dining chair that faces +Z, with its seat at 0.46 m.
 pub fn chair(b: &Builder, wood: MaterialId, seat: MaterialId) -> MeshParts {
     let n = b.segments(18, 6);
     let mut bars = Shape::default();
@@ -54,7 +55,7 @@ pub fn chair(b: &Builder, wood: MaterialId, seat: MaterialId) -> MeshParts {
     vec![(wood, bars), (seat, cushion(0.41, 0.4, 0.06, b.segments(20, 6)).at(0.0, 0.445, 0.0))]
 }
 
-/// A sofa facing +Z with `seats` seats; cushions bulge, arms are round.
+/// A sofa for `seats` people that faces +Z, with bulging cushions and round arms.
 pub fn sofa(b: &Builder, cloth: MaterialId, pillow: MaterialId, feet: MaterialId, seats: usize) -> MeshParts {
     let s = b.segments(7, 2);
     let seat = 0.66;
@@ -79,7 +80,7 @@ pub fn sofa(b: &Builder, cloth: MaterialId, pillow: MaterialId, feet: MaterialId
     vec![(cloth, body), (pillow, soft), (feet, legs)]
 }
 
-/// An open shelf against −Z: boards every `height / boards` between two sides.
+/// An open shelf whose back is towards −Z: boards at distances of `height / boards` between two sides.
 pub fn shelf(b: &Builder, wood: MaterialId, width: f32, depth: f32, height: f32, boards: usize) -> MeshParts {
     let s = b.segments(3, 1);
     let mut shape = Shape::default();
@@ -94,7 +95,7 @@ pub fn shelf(b: &Builder, wood: MaterialId, width: f32, depth: f32, height: f32,
     vec![(wood, shape)]
 }
 
-/// A floor lamp: foot, pole, and a shade that glows.
+/// A floor lamp: a foot, a pole, and a shade that glows.
 pub fn floor_lamp(b: &Builder, metal: MaterialId, shade: MaterialId, height: f32) -> MeshParts {
     let n = b.segments(48, 10);
     let mut stand = disc(0.15, 0.025, n);
@@ -104,7 +105,7 @@ pub fn floor_lamp(b: &Builder, metal: MaterialId, shade: MaterialId, height: f32
     vec![(metal, stand), (shade, lathe(&wall, n))]
 }
 
-/// A hanging lamp below (0, 0, 0): cord, dome, bulb.
+/// A lamp that hangs below (0, 0, 0): a cord, a dome and a bulb.
 pub fn pendant(b: &Builder, metal: MaterialId, bulb: MaterialId, cord: f32, radius: f32) -> MeshParts {
     let n = b.segments(56, 10);
     let r = radius;
@@ -112,14 +113,14 @@ pub fn pendant(b: &Builder, metal: MaterialId, bulb: MaterialId, cord: f32, radi
     dome.push((0.0, r * 0.86));
     let mut inner: Vec<(f32, f32)> = dome.iter().rev().map(|p| ((p.0 - 0.006).max(0.0), p.1 - 0.006)).collect();
     inner.push((r, 0.0));
-    // Outside upwards, then the inside back down to the rim: one closed wall.
+    // The profile runs up the outside, then down the inside back to the rim, so that the wall is closed.
     dome.extend(inner.into_iter().skip(1));
     let mut shape = lathe(&dome, n).at(0.0, -cord - r, 0.0);
     shape.push(tube(&[Vec3::new(0.0, -cord - r * 0.2, 0.0), Vec3::ZERO], 0.006, 6));
     vec![(metal, shape), (bulb, sphere(r * 0.33, b.segments(32, 8)).at(0.0, -cord - r * 0.8, 0.0))]
 }
 
-/// A window in the xy-plane, centred, facing +Z: glowing panes behind bars.
+/// A window in the xy-plane, centred on the origin and facing +Z: glowing panes behind bars.
 pub fn window(
     b: &Builder,
     bars: MaterialId,
@@ -145,7 +146,8 @@ pub fn window(
     ]
 }
 
-/// A wall across the x axis, from the floor to `height`, with window openings: `openings` are their middles along z.
+/// A wall across the x axis, from the floor to `height`. `openings` are the z coordinates of the middles of its
+/// windows.
 pub fn wall_with_windows(
     x: f32,
     height: f32,
@@ -160,7 +162,7 @@ pub fn wall_with_windows(
     let mut wall = piece(0.0, bottom, first, last);
     wall.push(piece(top, height, first, last));
     let mut from = first;
-    // Piers reach a little into the strips: where edges coincide no mesh is closed.
+    // The piers reach a little into the strips above and below: a mesh whose edges coincide would not count as closed.
     let (low, high) = (bottom - 0.01, top + 0.01);
     for middle in openings {
         wall.push(piece(low, high, from, middle - width / 2.0));
@@ -170,14 +172,14 @@ pub fn wall_with_windows(
     wall
 }
 
-/// A framed picture in the xy-plane, facing +Z; its canvas has UVs 0–1.
+/// A framed picture in the xy-plane, facing +Z. Its canvas has UVs from 0 to 1.
 pub fn picture(b: &Builder, moulding: MaterialId, canvas: MaterialId, width: f32, height: f32) -> MeshParts {
     let bars = frame(width, height, 0.05, 0.045, b.segments(4, 1)).at(0.0, 0.0, 0.022);
     let front = rounded_box(Vec3::new(width + 0.01, height + 0.01, 0.016), 0.001, 1);
     vec![(moulding, bars), (canvas, front.uv_scaled(1.0 / (width + 0.01), 1.0 / (height + 0.01)).at(0.0, 0.0, 0.014))]
 }
 
-/// A pot with arching leaves; each leaf is a thin closed lens.
+/// A pot with arching leaves. Each leaf is a thin closed lens.
 pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves: usize, seed: u32) -> MeshParts {
     let r = height * 0.16;
     let n = b.segments(40, 10);
@@ -201,7 +203,7 @@ pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves
                 let i = if side < 0.0 { i } else { across - i };
                 let (s, t) = (i as f32 / across as f32 * 2.0 - 1.0, j as f32 / steps as f32);
                 let spread = if j == 0 || j == steps { 0.0 } else { width * sin(t * std::f32::consts::PI) };
-                // Both sheets share their rim, so the rim has no thickness.
+                // Both sheets of a leaf share their rim, so the leaf has no thickness there.
                 let thick = if i == 0 || i == across { 0.0 } else { side * 0.0025 };
                 let out = Vec3::new(
                     s * spread,
@@ -218,7 +220,7 @@ pub fn plant(b: &Builder, pot: MaterialId, leaf: MaterialId, height: f32, leaves
     vec![(pot, lathe(&profile, n)), (leaf, green)]
 }
 
-/// A curtain in the xy-plane hanging from `height` to the floor, folded, facing +Z.
+/// A folded curtain in the xy-plane that hangs from `height` to the floor and faces +Z.
 pub fn curtain(b: &Builder, width: f32, height: f32, folds: f32) -> Shape {
     let wave = move |x: f32, z: f32| {
         0.05 * sin(x / width * folds * std::f32::consts::TAU) * (0.7 + 0.3 * sin(z * 1.7 + x * 3.0))
@@ -227,19 +229,19 @@ pub fn curtain(b: &Builder, width: f32, height: f32, folds: f32) -> Shape {
     plate(width, height, cells, wave, move |x, z| wave(x, z) - 0.006).turned(Vec3::X, 90.0).at(0.0, height / 2.0, 0.0)
 }
 
-/// A rug lying on the floor, its pile slightly uneven; UVs 0–1.
+/// A rug that lies on the floor. Its pile is slightly uneven; its UVs run from 0 to 1.
 pub fn rug(b: &Builder, width: f32, depth: f32) -> Shape {
     let cells = (b.segments(60, 8), b.segments(40, 6));
     let height = |x: f32, z: f32| 0.014 + 0.002 * sin(x * 23.0) * sin(z * 19.0);
     plate(width, depth, cells, height, |_, _| 0.0).uv_scaled(1.0 / width, 1.0 / depth)
 }
 
-/// A plain closed slab for floors, walls and ceilings: `size` about `middle`.
+/// A plain closed slab for floors, walls and ceilings, of this size, centred on `middle`.
 pub fn slab(size: Vec3, middle: Vec3) -> Shape {
     rounded_box(size, 0.004, 1).at(middle.x, middle.y, middle.z)
 }
 
-/// A round table lamp or stool: a turned foot with `kind` of profile.
+/// A turned foot, as of a table lamp or a stool, standing on y = 0.
 pub fn turned_foot(b: &Builder, height: f32, radius: f32) -> Shape {
     let (h, r) = (height, radius);
     let points = [

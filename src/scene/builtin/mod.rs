@@ -1,6 +1,7 @@
-//! The built-in scenes: made by code, handed to the loader as ordinary glTF.
+//! The built-in scenes. They are made by code and handed to the loader as ordinary glTF.
 //!
-//! One file a scene, one a family of shapes; the manifests in `scenes/` place eyes, lights and motion.
+//! Each scene has a file of its own, and so has each family of shapes. The manifests in `scenes/` add the views, the
+//! lights and the motion.
 
 mod builder;
 mod cellar;
@@ -29,7 +30,7 @@ pub use builder::Generated;
 /// The built-in scenes, in the order of the paper's Table 1.
 pub const NAMES: [&str; 5] = ["pica", "room", "wine", "pink", "temple"];
 
-/// The manifest of a built-in scene, as in `scenes/NAME.json`.
+/// The manifest of a built-in scene: the text of `scenes/NAME.json`.
 pub fn manifest(name: &str) -> Option<&'static str> {
     match name {
         "pica" => Some(include_str!("../../../scenes/pica.json")),
@@ -41,15 +42,15 @@ pub fn manifest(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Makes a built-in scene's glTF; `detail` (0.01–4) scales its triangle count.
+/// Makes the glTF of a built-in scene. `detail` (0.01–4) scales its triangle count.
 ///
 /// # Errors
-/// One sentence when the name is unknown or the detail out of range.
+/// One sentence when the name is unknown or the detail is out of range.
 pub fn generate(name: &str, detail: f64) -> Result<Generated, String> {
     build(name, detail)?.finish()
 }
 
-/// (triangles, materials) of a built-in scene, without making its textures.
+/// The numbers of triangles and of materials of a built-in scene, without making its textures.
 ///
 /// # Errors
 /// As [`generate`].

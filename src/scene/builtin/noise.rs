@@ -1,4 +1,5 @@
-//! Seamless noise from integer hashes: the same on every machine.
+//! Seamless noise from integer hashes, for the patterns and the placement of the built-in scenes. It is the same on
+//! every machine.
 
 /// A well-mixed 32-bit hash of up to three integers.
 pub fn hash(x: i32, y: i32, seed: u32) -> u32 {
@@ -14,7 +15,7 @@ pub fn unit(x: i32, y: i32, seed: u32) -> f32 {
     (hash(x, y, seed) >> 8) as f32 / 16_777_216.0
 }
 
-/// Value noise in 0–1 over u, v, repeating after 1, with `cells` cells along each.
+/// Value noise in 0–1 over u and v. It repeats after 1 and has `cells` cells along each of them.
 pub fn value(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
     let (x, y) = (u * cells.0 as f32, v * cells.1 as f32);
     let (x0, y0) = (x.floor(), y.floor());
@@ -26,7 +27,7 @@ pub fn value(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
     top + (bottom - top) * fy
 }
 
-/// Octaves of [`value`], each twice as fine and half as strong; in 0–1.
+/// Sum of octaves of [`value`], each twice as fine and half as strong as the one before; in 0–1.
 pub fn fractal(u: f32, v: f32, cells: (i32, i32), octaves: u32, seed: u32) -> f32 {
     let (mut sum, mut weight, mut total) = (0.0, 0.5, 0.0);
     for k in 0..octaves {

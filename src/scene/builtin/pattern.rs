@@ -1,4 +1,5 @@
-//! Seamless patterns over u, v in 0–1: wood, stone, tiles, cloth, books, pictures. Colours in linear light.
+//! Seamless patterns over u and v in 0–1 for the textures of the built-in scenes: wood, stone, tiles, cloth, books,
+//! pictures. Colours are in linear light.
 
 use std::sync::LazyLock;
 
@@ -6,7 +7,7 @@ use glam::Vec3;
 
 use super::noise::{fractal, unit, value};
 
-/// The sRGB curve at the 256 display values: patterns ask for colours once a texel.
+/// Linear values of the 256 sRGB bytes. They are tabulated because patterns ask for colours at every texel.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|c| {
         let x = c as f64 / 255.0;
@@ -14,7 +15,7 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// Linear colour from 0–255 display values.
+/// Linear colour of sRGB values, 0–255.
 pub fn rgb(r: u8, g: u8, b: u8) -> [f32; 3] {
     [r, g, b].map(|c| LINEAR[usize::from(c)])
 }
@@ -24,7 +25,8 @@ fn smooth(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// How far into a cell (0 at its edge, up to ½) u, v are, for `n` cells; every other row shifted by `shift`.
+/// The cell of u and v among `n` cells, and how far they lie inside it along each direction (0 at its edge, up to ½).
+/// Every other row is shifted by `shift` cells.
 fn cell(u: f32, v: f32, n: (i32, i32), shift: f32) -> (i32, i32, f32, f32) {
     let y = v * n.1 as f32;
     let row = y.floor() as i32;
@@ -34,7 +36,8 @@ fn cell(u: f32, v: f32, n: (i32, i32), shift: f32) -> (i32, i32, f32, f32) {
     (column.rem_euclid(n.0), row.rem_euclid(n.1), edge(x), edge(y))
 }
 
-/// Boards along u, `boards` of them across v, each of its own shade; 0 = dark seam.
+/// Boards along u, `boards` of them across v, each with a shade of its own. `light` and `dark` are the colours of the
+/// wood; the seams are dark.
 pub fn planks(u: f32, v: f32, boards: i32, light: [f32; 3], dark: [f32; 3]) -> Vec3 {
     let (column, row, ex, ey) = cell(u, v, (2, boards), 0.37);
     let shade = unit(column, row, 11);
@@ -45,13 +48,13 @@ pub fn planks(u: f32, v: f32, boards: i32, light: [f32; 3], dark: [f32; 3]) -> V
     color * (0.35 + 0.65 * smooth(0.0, 0.03, ey) * smooth(0.0, 0.004, ex))
 }
 
-/// Height of [`planks`]: 1 on a board, 0 in a seam.
+/// Height of [`planks`]: 1 on a board and 0 in a seam.
 pub fn plank_height(u: f32, v: f32, boards: i32) -> f32 {
     let (_, row, ex, ey) = cell(u, v, (2, boards), 0.37);
     smooth(0.0, 0.04, ey) * smooth(0.0, 0.006, ex) + 0.06 * fractal(u, v, (4, 96), 2, 5 + row as u32)
 }
 
-/// A slab of unbroken grain along u.
+/// A slab whose grain runs along u without seams.
 pub fn grain(u: f32, v: f32, light: [f32; 3], dark: [f32; 3]) -> Vec3 {
     let warp = fractal(u, v, (3, 5), 3, 77) * 0.25;
     let rings = value((u + warp) * 0.5, v + warp * 0.3, (2, 40), 3);
@@ -76,7 +79,7 @@ pub fn checker(u: f32, v: f32, n: i32, a: [f32; 3], b: [f32; 3]) -> Vec3 {
     color * cloud * (0.5 + 0.5 * smooth(0.0, 0.012, ex.min(ey)))
 }
 
-/// Stone tiles, each of its own shade, with joints.
+/// Stone tiles with joints, each tile with a shade of its own.
 pub fn tiles(u: f32, v: f32, n: (i32, i32), stone: [f32; 3], joint: [f32; 3], shift: f32) -> Vec3 {
     let (i, j, ex, ey) = cell(u, v, n, shift);
     let shade = 0.7 + 0.5 * unit(i, j, 21);
@@ -85,13 +88,13 @@ pub fn tiles(u: f32, v: f32, n: (i32, i32), stone: [f32; 3], joint: [f32; 3], sh
     Vec3::from_array(joint).lerp(color, smooth(0.015, 0.04, ex.min(ey)))
 }
 
-/// 0 in the joints of [`tiles`], 1 on them.
+/// Height of [`tiles`]: 0 in the joints and 1 on the tiles.
 pub fn tile_height(u: f32, v: f32, n: (i32, i32), shift: f32) -> f32 {
     let (_, _, ex, ey) = cell(u, v, n, shift);
     smooth(0.01, 0.05, ex.min(ey)) + 0.08 * fractal(u, v, (24, 24), 3, 61)
 }
 
-/// Woven threads: two colours over and under.
+/// Woven threads of two colours that pass over and under each other.
 pub fn weave(u: f32, v: f32, threads: i32, warp: [f32; 3], weft: [f32; 3]) -> Vec3 {
     let (i, j, ex, ey) = cell(u, v, (threads, threads), 0.0);
     let over = (i + j) % 2 == 0;
@@ -123,7 +126,7 @@ pub fn rug(u: f32, v: f32, ground: [f32; 3], figure: [f32; 3], line: [f32; 3]) -
     color * pile
 }
 
-/// An abstract picture: horizon, blocks and strokes chosen by the seed.
+/// An abstract picture of a horizon, blocks and strokes, which the seed chooses.
 pub fn painting(u: f32, v: f32, seed: u32) -> Vec3 {
     let hue = |k: i32| Vec3::new(unit(k, 0, seed), unit(k, 1, seed), unit(k, 2, seed)) * 0.8 + 0.05;
     let wave = 0.35 + 0.3 * unit(0, 9, seed) + 0.12 * (value(u, 0.5, (5, 1), seed) - 0.5);
@@ -142,7 +145,7 @@ pub fn painting(u: f32, v: f32, seed: u32) -> Vec3 {
     color.lerp(grey, 0.45) * (0.8 + 0.4 * fractal(u, v, (24, 8), 3, seed))
 }
 
-/// Polished but used: mostly 1, lower and higher in smears and fine scratches (a roughness factor).
+/// Roughness factor of a polished but used surface: mostly 1, and lower or higher in smears and fine scratches.
 pub fn wear(u: f32, v: f32, strength: f32, seed: u32) -> f32 {
     let smear = fractal(u, v, (5, 5), 4, seed);
     let mut scratch: f32 = 0.0;
@@ -159,7 +162,7 @@ pub fn wear(u: f32, v: f32, strength: f32, seed: u32) -> f32 {
     (1.0 - strength * (0.65 - smear).max(0.0) * 1.2 + 0.1 * strength * scratch).clamp(0.05, 1.0)
 }
 
-/// Hammered or beaded metal, as a height.
+/// Height of hammered or beaded metal.
 pub fn beads(u: f32, v: f32, n: i32) -> f32 {
     let (_, _, ex, ey) = cell(u, v, (n, n), 0.5);
     let (x, y) = (0.5 - ex, 0.5 - ey);

@@ -1,4 +1,5 @@
-//! A workshop of toy robots on a glossy floor: many occluders near the view's centre, at many depths.
+//! The scene `pica`: a workshop of toy robots on a glossy floor, with many occluders near the view's centre, at many
+//! depths.
 
 use glam::Vec3;
 
@@ -84,7 +85,8 @@ fn robots(b: &mut Builder, colors: &[MaterialId]) {
         b.material(Finish::dielectric("cyan eye", rgb(40, 120, 130), 0.10).emissive([0.2, 1.8, 2.2])),
         b.material(Finish::dielectric("amber eye", rgb(140, 90, 20), 0.10).emissive([2.4, 1.3, 0.2])),
     ];
-    // x, z, height, yaw, raised arm: in front, in the middle, behind; two leave the view at its sides.
+    // x, z, height, yaw, angle of the raised arm. They stand in front, in the middle and behind; two reach beyond the
+    // sides of the view.
     let stand = [
         (-0.34f32, 1.35f32, 0.62f32, 24.0f32, 120.0f32),
         (0.38, 1.15, 0.5, -30.0, 10.0),
@@ -197,7 +199,8 @@ fn bench(b: &mut Builder, colors: &[MaterialId]) {
 
 fn clutter(b: &mut Builder, colors: &[MaterialId]) {
     let s = b.segments(5, 1);
-    // Near the eyes: blocks, balls, a cone and giant pencils that cover what stands behind them in one eye only.
+    // Near the eyes: blocks, balls, a cone and giant pencils, each of which covers what stands behind it in one eye
+    // only.
     for k in 0..22 {
         let u = |i| unit(k, i, 31);
         let (x, z) = (-2.3 + 4.6 * u(0), -0.7 + 2.5 * u(1));
@@ -230,7 +233,7 @@ fn clutter(b: &mut Builder, colors: &[MaterialId]) {
             .collect();
         b.add("cable", cable, tube(&smooth3(&path, b.segments(8, 2)), 0.011, b.segments(12, 5)));
     }
-    // A portal behind the middle: tall, so that the floor reflects it far down.
+    // A portal behind the middle. It is tall, so that its reflection reaches far down the floor.
     let arch = b.material(Finish::metal("arch bronze", [0.72, 0.50, 0.30], 0.34));
     let path: Vec<Vec3> = (0..=16)
         .map(|i| {

@@ -1,4 +1,5 @@
-//! A pink interior: patterned walls and floor, sweets and toys, a train that circles and balloons that bob.
+//! The scene `pink`: an interior with patterned walls and floor, sweets and toys, a train that circles and balloons
+//! that bob.
 
 use glam::Vec3;
 
@@ -121,7 +122,7 @@ fn wall_things(b: &mut Builder, paints: &Paints) {
         let picture = b.mesh(&format!("print {}", k + 1), parts);
         b.place(&format!("print {}", k + 1), picture, Pose::at(x, y, -3.49));
     }
-    // A heart of light on the back wall.
+    // A heart of neon light on the back wall.
     let neon = b.material(Finish::dielectric("neon", [0.9; 3], 0.85).emissive([4.5, 0.9, 2.2]));
     let heart: Vec<Vec3> = (0..=40)
         .map(|i| {

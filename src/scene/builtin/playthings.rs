@@ -1,4 +1,4 @@
-//! What moves and lies about in `pink`: a train, balloons, toys.
+//! The train, the balloons and the toys of `pink`, which alone calls this.
 
 use glam::Vec3;
 
@@ -20,7 +20,7 @@ pub(super) struct Paints {
     pub(super) candy: Vec<MaterialId>,
 }
 
-/// Six wagons on a ring of rails around the middle of the floor, one mesh, so that all circle together.
+/// Six wagons on a ring of rails around the middle of the floor. They are one mesh, so that they all circle together.
 pub(super) fn train(b: &mut Builder, paints: &Paints) {
     let (radius, s) = (0.85, b.segments(4, 1));
     let rail = b.material(Finish::metal("tin rail", [0.72, 0.72, 0.74], 0.32));
@@ -69,7 +69,7 @@ pub(super) fn train(b: &mut Builder, paints: &Paints) {
     b.place("train", mesh, Pose::at(0.0, 0.0, 0.12));
 }
 
-/// Two bunches; one of them bobs.
+/// Two bunches of balloons; one of them bobs.
 pub(super) fn balloons(b: &mut Builder) {
     let rubber = b.palette("balloon", &[([226, 60, 100], 0.2), ([250, 190, 200], 0.4), ([130, 200, 210], 0.36)]);
     let skin = smooth(
@@ -91,7 +91,7 @@ pub(super) fn balloons(b: &mut Builder) {
     }
 }
 
-/// Dolls within the rails, toys around them, shelves of books and jars.
+/// Dolls inside the ring of rails, toys around them, and shelves of books and jars.
 pub(super) fn toys(b: &mut Builder, paints: &Paints) {
     let eye = b.material(Finish::dielectric("doll eye", rgb(30, 30, 34), 0.06));
     let paint = |k: usize| figures::RobotPaint {

@@ -1,4 +1,5 @@
-//! A living room: a floor that mirrors blurrily, tall windows and pictures that leave the view at its sides.
+//! The scene `room`: a living room with a floor that reflects blurrily, and with tall windows and pictures that reach
+//! beyond the sides of the view.
 
 use glam::Vec3;
 
@@ -10,10 +11,10 @@ use super::sweep::{disc, tube};
 use super::tableware;
 use super::texture::Image;
 
-/// Half the room's width, and where its back wall stands.
+/// Half the room's width; below it, the z coordinate of the back wall. Metres.
 const HALF: f32 = 3.3;
 const BACK: f32 = -3.4;
-/// Middles of the windows along the left wall.
+/// z coordinates of the middles of the windows in the left wall.
 const WINDOWS: [f32; 3] = [-2.1, 0.0, 2.1];
 const HEIGHT: f32 = 2.9;
 

@@ -1,23 +1,25 @@
-//! Triangle meshes while they are being made, and the functions that are the same on every machine.
+//! Triangle meshes while they are being made, and versions of sine and cosine that give the same result on every
+//! machine.
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 
-/// A mesh in the making: one entry a vertex, three indices a triangle, counter-clockwise from outside.
+/// A mesh that is being made: one entry for each vertex and three indices for each triangle, counter-clockwise seen
+/// from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Shape {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
-    /// In metres unless a texture wants 0–1.
+    /// In metres, or from 0 to 1 where a texture covers the shape once.
     pub uvs: Vec<Vec2>,
     pub indices: Vec<u32>,
 }
 
-/// `std`'s differ between platforms in the last bit; these do not.
+/// Sine. The results of `std` differ between platforms in the last bit; these do not.
 pub fn sin(x: f32) -> f32 {
     libm::sin(f64::from(x)) as f32
 }
 
-/// See [`sin`].
+/// Cosine; see [`sin`].
 pub fn cos(x: f32) -> f32 {
     libm::cos(f64::from(x)) as f32
 }
@@ -30,7 +32,7 @@ pub fn turn(axis: Vec3, degrees: f32) -> Quat {
 }
 
 impl Shape {
-    /// Appends a vertex; its index.
+    /// Appends a vertex and returns its index.
     pub fn vertex(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
         self.positions.push(position);
         self.normals.push(normal);
@@ -38,7 +40,7 @@ impl Shape {
         (self.positions.len() - 1) as u32
     }
 
-    /// Two triangles a-b-c, a-c-d.
+    /// Appends the two triangles a-b-c and a-c-d.
     pub fn quad(&mut self, a: u32, b: u32, c: u32, d: u32) {
         self.indices.extend([a, b, c, a, c, d]);
     }
@@ -53,20 +55,20 @@ impl Shape {
         self
     }
 
-    /// Moved.
+    /// The shape moved by this vector.
     pub fn at(mut self, x: f32, y: f32, z: f32) -> Shape {
         self.positions.iter_mut().for_each(|p| *p += Vec3::new(x, y, z));
         self
     }
 
-    /// Rotated about the origin.
+    /// The shape rotated about the origin.
     pub fn turned(mut self, axis: Vec3, degrees: f32) -> Shape {
         let m = Mat3::from_quat(turn(axis, degrees));
         self.positions.iter_mut().chain(&mut self.normals).for_each(|v| *v = m * *v);
         self
     }
 
-    /// Stretched along the axes; factors must be positive.
+    /// The shape stretched along the axes. The factors must be positive.
     pub fn scaled(mut self, x: f32, y: f32, z: f32) -> Shape {
         let s = Vec3::new(x, y, z);
         self.positions.iter_mut().for_each(|p| *p *= s);
@@ -74,23 +76,24 @@ impl Shape {
         self
     }
 
-    /// UVs multiplied.
+    /// The shape with its UVs multiplied by these factors.
     pub fn uv_scaled(mut self, u: f32, v: f32) -> Shape {
         self.uvs.iter_mut().for_each(|uv| *uv *= Vec2::new(u, v));
         self
     }
 
-    /// Normals made anew from the faces, smooth across vertices at one place.
+    /// The shape with new normals from its faces, smooth across all vertices at one place.
     pub fn smoothed(self) -> Shape {
         self.smoothed_within(|_| false)
     }
 
-    /// [`Shape::smoothed`] that keeps the edge between sides and flat ends (normals within 40° of the vertical).
+    /// As [`Shape::smoothed`], but the edge between the sides and the flat ends stays sharp. The ends are where normals
+    /// lie within 40° of the vertical.
     pub fn smoothed_sides(self) -> Shape {
         self.smoothed_within(|n| n.y.abs() > 0.77)
     }
 
-    /// Vertices at one place are joined only when `group` of their present normals is the same.
+    /// Vertices at one place share a normal only when `group` gives the same answer for their present normals.
     fn smoothed_within(mut self, group: impl Fn(Vec3) -> bool) -> Shape {
         let mut sums = std::collections::BTreeMap::<([u32; 3], bool), Vec3>::new();
         let key = |p: Vec3, n: Vec3| ((p + Vec3::ZERO).to_array().map(f32::to_bits), group(n));
@@ -108,8 +111,9 @@ impl Shape {
     }
 }
 
-/// A grid of vertices `columns + 1` × `rows + 1`; `put(i, j)` gives position, normal, uv; seen counter-clockwise
-/// when i grows to the right and j upwards. Triangles with two corners at one place are left out.
+/// A grid of `columns + 1` × `rows + 1` vertices. `put(i, j)` gives the position, the normal and the UV of a vertex.
+/// Triangles are counter-clockwise for a viewer who sees i grow to the right and j grow upwards. Triangles with two
+/// corners at one place are left out.
 pub fn grid(columns: usize, rows: usize, mut put: impl FnMut(usize, usize) -> (Vec3, Vec3, Vec2)) -> Shape {
     let mut shape = Shape::default();
     for j in 0..=rows {

@@ -1,11 +1,11 @@
-//! Height fields with a bottom: cushions, cloth, rugs, ground.
+//! Closed height fields: cushions, cloth, rugs, ground.
 
 use glam::{Vec2, Vec3};
 
 use super::shape::{Shape, grid};
 
-/// A closed plate over `width` × `depth`, its top at `height(x, z)` (metres from its middle), its bottom at
-/// `bottom(x, z)`; the rim joins them. UVs in metres.
+/// A closed plate of `width` × `depth`. Its top is at `height(x, z)` and its bottom at `bottom(x, z)`, with x and z in
+/// metres from its middle; a rim joins the two. UVs are in metres.
 pub fn plate(
     width: f32,
     depth: f32,
@@ -42,7 +42,7 @@ pub fn plate(
         side((columns, j), (columns, j + 1), Vec3::X);
         side((0, j + 1), (0, j), Vec3::NEG_X);
     }
-    // Smooth within each sheet; the rim keeps its own.
+    // Normals are smooth within the top and within the bottom; the rim keeps its own.
     top = top.smoothed();
     let mut shape = under.smoothed();
     shape.push(top);
@@ -50,7 +50,7 @@ pub fn plate(
     shape
 }
 
-/// A pillow: two bulging sheets that meet at the rim's seam.
+/// A pillow: two bulging sheets that meet at a seam.
 pub fn cushion(width: f32, depth: f32, thickness: f32, cells: usize) -> Shape {
     let bulge = move |x: f32, z: f32| {
         let (u, v) = (2.0 * x / width, 2.0 * z / depth);

@@ -7,15 +7,18 @@ use glam::{Vec2, Vec3};
 use super::shape::{Shape, cos, grid, sin};
 use super::solids;
 
-/// Cosine of the angle between two profile pieces below which their edge stays sharp (about 35 degrees).
+/// Adjoining pieces of a profile share a normal where the cosine between their normals is above this. At larger angles
+/// (from about 35 degrees on) the edge between them stays sharp.
 const SHARP: f32 = 0.82;
 
-/// Turns a profile of (radius, height), bottom to top, about the y axis. Start and end at radius 0 for a closed solid.
+/// Turns a profile of (radius, height), from bottom to top, about the y axis. It must start and end at radius 0 for the
+/// solid to be closed.
 pub fn lathe(profile: &[(f32, f32)], segments: usize) -> Shape {
     lathe_with(profile, segments, |_, _| 1.0)
 }
 
-/// As [`lathe`], the radius multiplied by `swell(angle, height)`: flutes, petals. Normals follow the faces then.
+/// As [`lathe`], with the radius multiplied by `swell(angle, height)`, for flutes and petals. The normals are still
+/// those without `swell`.
 pub fn lathe_with(profile: &[(f32, f32)], segments: usize, swell: impl Fn(f32, f32) -> f32) -> Shape {
     let segments = segments.max(6);
     let mut shape = Shape::default();
@@ -46,13 +49,13 @@ pub fn lathe_with(profile: &[(f32, f32)], segments: usize, swell: impl Fn(f32, f
     shape
 }
 
-/// A smooth curve through points (Catmull–Rom), `steps` pieces between neighbours.
+/// A smooth curve through the points (Catmull–Rom), with `steps` pieces between neighbours.
 pub fn smooth(points: &[(f32, f32)], steps: usize) -> Vec<(f32, f32)> {
     let p: Vec<Vec3> = points.iter().map(|(x, y)| Vec3::new(*x, *y, 0.0)).collect();
     smooth3(&p, steps).into_iter().map(|p| (p.x.max(0.0), p.y)).collect()
 }
 
-/// [`smooth`] in space.
+/// As [`smooth`], for points in space.
 pub fn smooth3(p: &[Vec3], steps: usize) -> Vec<Vec3> {
     let steps = steps.max(1);
     let mut out = Vec::new();
@@ -76,7 +79,7 @@ pub fn tube(path: &[Vec3], radius: f32, across: usize) -> Shape {
     tapered(path, |_| radius, across)
 }
 
-/// A tube whose radius depends on the share of its length gone (0–1).
+/// A tube whose radius is a function of the share of its length that lies behind a point (0–1).
 pub fn tapered(path: &[Vec3], radius: impl Fn(f32) -> f32, across: usize) -> Shape {
     let across = across.max(5);
     let last = path.len().saturating_sub(1);
@@ -84,7 +87,7 @@ pub fn tapered(path: &[Vec3], radius: impl Fn(f32) -> f32, across: usize) -> Sha
         return Shape::default();
     }
     let tangent = |i: usize| (path[(i + 1).min(last)] - path[i.saturating_sub(1)]).normalize_or(Vec3::Y);
-    // A frame carried along without twist.
+    // A frame that is carried along the path without twisting about it.
     let mut side = tangent(0).any_orthonormal_vector();
     let mut frames = Vec::new();
     for i in 0..=last {
@@ -92,7 +95,7 @@ pub fn tapered(path: &[Vec3], radius: impl Fn(f32) -> f32, across: usize) -> Sha
         side = (side - t * t.dot(side)).normalize_or(t.any_orthonormal_vector());
         frames.push((side, t.cross(side), t));
     }
-    // Rings: a cap of three rings at each end, the path between.
+    // Rings across the tube: a cap of three rings at each end, and the path between them.
     let caps = 3;
     let rings = last + 2 * caps;
     grid(across, rings, |i, j| {
@@ -112,7 +115,7 @@ pub fn tapered(path: &[Vec3], radius: impl Fn(f32) -> f32, across: usize) -> Sha
     })
 }
 
-/// An upright prism over a star-shaped outline (x, z; counter-clockwise seen from above), standing on y = 0.
+/// An upright prism over a star-shaped outline (x, z), counter-clockwise seen from above. It stands on y = 0.
 pub fn prism(outline: &[Vec2], height: f32) -> Shape {
     let n = outline.len();
     let mut shape = Shape::default();
@@ -134,7 +137,7 @@ pub fn prism(outline: &[Vec2], height: f32) -> Shape {
     shape
 }
 
-/// A disc with rounded rim lying on y = 0: coasters, lids, coins.
+/// A disc with a rounded rim that lies on y = 0: a coaster, a lid, a coin.
 pub fn disc(radius: f32, height: f32, segments: usize) -> Shape {
     let e = (height * 0.3).min(radius * 0.2);
     lathe(
@@ -143,7 +146,8 @@ pub fn disc(radius: f32, height: f32, segments: usize) -> Shape {
     )
 }
 
-/// A frame around an opening of `width` × `height` in the xy-plane, centred; bars `bar` wide and `depth` deep.
+/// A frame around an opening of `width` × `height` in the xy-plane, centred on the origin. Its bars are `bar` wide and
+/// `depth` deep.
 pub fn frame(width: f32, height: f32, bar: f32, depth: f32, steps: usize) -> Shape {
     let mut shape = Shape::default();
     let long = Vec3::new(width + 2.0 * bar, bar, depth);
@@ -155,7 +159,7 @@ pub fn frame(width: f32, height: f32, bar: f32, depth: f32, steps: usize) -> Sha
     shape
 }
 
-/// A standing cask of `radius` at its ends and `height`, with `count` hoops: (staves, hoops).
+/// A standing cask and its `count` hoops: (staves, hoops). `radius` is the radius at its ends.
 pub fn cask(segments: usize, radius: f32, height: f32, count: usize) -> (Shape, Shape) {
     let belly = |t: f32| radius * (1.0 + 0.22 * sin(t * std::f32::consts::PI));
     let steps = (segments / 6).max(4);

@@ -1,4 +1,5 @@
-//! Things that stand on tables and shelves: glasses, bottles, plates, mugs, books, candles, fruit.
+//! Shapes of things that stand on tables and shelves: glasses, bottles, plates, mugs, books, candles, fruit. The
+//! built-in scenes place them.
 
 use glam::{Vec2, Vec3};
 
@@ -10,7 +11,7 @@ use super::sweep::{disc, lathe, prism, smooth, tapered, tube};
 /// The parts of a mesh, each with its material.
 pub type MeshParts = Vec<(MaterialId, Shape)>;
 
-/// A stemmed glass, closed with a wall of 3 mm; `height` and `bowl` (largest radius) in metres.
+/// A stemmed glass with a closed wall 3 mm thick. `height` and `bowl`, the largest radius, are in metres.
 pub fn wine_glass(b: &Builder, height: f32, bowl: f32) -> Shape {
     let (h, r) = (height, bowl);
     let outer = smooth(
@@ -34,7 +35,7 @@ pub fn wine_glass(b: &Builder, height: f32, bowl: f32) -> Shape {
     lathe(&profile, b.segments(56, 10))
 }
 
-/// A tumbler or mug without its handle: a wall of `wall` metres around.
+/// A tumbler, or a mug without its handle. Its wall is `wall` metres thick.
 pub fn cup(b: &Builder, radius: f32, height: f32, wall: f32) -> Shape {
     let (r, h, e) = (radius, height, wall * 0.45);
     let profile = [
@@ -53,7 +54,7 @@ pub fn cup(b: &Builder, radius: f32, height: f32, wall: f32) -> Shape {
     lathe(&profile, b.segments(48, 10))
 }
 
-/// A mug with a handle towards +X, as high as 1.15 diameters.
+/// A mug with a handle towards +X. It is 1.15 diameters high.
 pub fn mug(b: &Builder, radius: f32) -> Shape {
     let h = radius * 2.3;
     let mut shape = cup(b, radius, h, radius * 0.12);
@@ -67,7 +68,7 @@ pub fn mug(b: &Builder, radius: f32) -> Shape {
     shape
 }
 
-/// A bottle, its label and its cap; `shoulder` chooses between a slope (0) and a step (1).
+/// A bottle with its label and its cap. `shoulder` goes from 0, a slope, to 1, a step.
 pub fn bottle(
     b: &Builder,
     glass: MaterialId,
@@ -129,7 +130,7 @@ pub fn bowl(b: &Builder, radius: f32) -> Shape {
     lathe(&profile, b.segments(64, 12))
 }
 
-/// A closed vase of one of four silhouettes.
+/// A closed vase; `kind` chooses one of four silhouettes.
 pub fn vase(b: &Builder, kind: usize, height: f32) -> Shape {
     let forms: [[f32; 7]; 4] = [
         [0.16, 0.22, 0.30, 0.26, 0.13, 0.10, 0.15],
@@ -149,7 +150,7 @@ pub fn vase(b: &Builder, kind: usize, height: f32) -> Shape {
     lathe(&profile, b.segments(72, 12))
 }
 
-/// A book lying flat: cover with a rounded spine, pages.
+/// A book that lies flat: a cover with a rounded spine, and the pages.
 pub fn book(b: &Builder, cover: MaterialId, pages: MaterialId, size: Vec3) -> MeshParts {
     let s = b.segments(3, 1);
     let board = size.y * 0.12;
@@ -165,7 +166,8 @@ pub fn book(b: &Builder, cover: MaterialId, pages: MaterialId, size: Vec3) -> Me
     vec![(cover, covers), (pages, leaves)]
 }
 
-/// Books upright in a row of `length` along +X, spines to +Z, of changing size; covers taken in turn.
+/// Upright books of varying sizes in a row of `length` along +X, with their spines towards +Z. They take the covers in
+/// turn.
 pub fn book_row(
     b: &Builder,
     covers: &[MaterialId],
@@ -181,7 +183,7 @@ pub fn book_row(
         let (thick, tall, deep) = (0.018 + 0.03 * u(0), height * (0.72 + 0.26 * u(1)), 0.16 + 0.05 * u(2));
         let cover = covers[(u(3) * covers.len() as f32) as usize % covers.len()];
         for (material, shape) in book(b, cover, pages, Vec3::new(deep, thick, tall)) {
-            // The spine (−X) turns to the front, the height upwards.
+            // The spine (−X) is turned to the front, and the book's height upwards.
             let upright = shape.turned(Vec3::X, 90.0).turned(Vec3::Y, 90.0).at(x + thick, tall / 2.0, -deep / 2.0);
             parts.push((material, upright));
         }
@@ -200,7 +202,7 @@ pub fn candle(b: &Builder, wax: MaterialId, flame: MaterialId, radius: f32, heig
     ]
 }
 
-/// An apple with its stem joined in.
+/// An apple; its stem is part of the shape.
 pub fn apple(b: &Builder, radius: f32) -> Shape {
     let r = radius;
     let profile = smooth(
@@ -220,7 +222,7 @@ pub fn apple(b: &Builder, radius: f32) -> Shape {
     shape
 }
 
-/// A pencil along +Y: hexagonal body, wooden cone, lead.
+/// A pencil along +Y: a hexagonal body, a wooden cone and the lead.
 pub fn pencil(b: &Builder, body: MaterialId, wood: MaterialId, length: f32) -> MeshParts {
     let r = 0.0045 * length / 0.18;
     let hexagon: Vec<Vec2> = (0..6)
@@ -233,7 +235,7 @@ pub fn pencil(b: &Builder, body: MaterialId, wood: MaterialId, length: f32) -> M
     vec![(body, prism(&hexagon, length * 0.88)), (wood, tip)]
 }
 
-/// A knife, fork-like or spoon-like piece of cutlery along −Z, lying flat.
+/// A piece of cutlery that lies flat along −Z; `kind` chooses a knife, a fork or a spoon.
 pub fn cutlery(b: &Builder, kind: usize) -> Shape {
     let n = b.segments(12, 5);
     let handle = [Vec3::new(0.0, 0.006, 0.1), Vec3::new(0.0, 0.005, 0.0), Vec3::new(0.0, 0.006, -0.04)];

@@ -1,4 +1,4 @@
-//! A temple hall: fluted columns, stone tiles worn smooth, gilded figures, a lantern that swings.
+//! The scene `temple`: a hall with fluted columns, stone tiles worn smooth, gilded figures and a lantern that swings.
 
 use glam::Vec3;
 
@@ -118,7 +118,7 @@ fn altar(b: &mut Builder, materials: &Materials) {
     let figure = figures::seated_figure(b);
     let mesh = b.mesh("great figure", vec![(materials.gold, figure)]);
     b.place("great figure", mesh, Pose::at(0.0, 0.455, -4.45).scale(1.75));
-    // A halo behind the head: rays around a ring.
+    // A halo behind the head: spikes around a ring.
     let mut halo = torus(0.62, 0.05, b.segments(96, 16), b.segments(20, 6)).turned(Vec3::X, 90.0);
     halo.push(torus(0.48, 0.025, b.segments(96, 16), b.segments(14, 6)).turned(Vec3::X, 90.0));
     for k in 0..24 {
@@ -164,7 +164,7 @@ fn guardians(b: &mut Builder, materials: &Materials) {
 }
 
 fn offerings(b: &mut Builder, materials: &Materials) {
-    // In the middle, near: a burner, vessels and lotus lamps at several depths.
+    // In the middle, close to the viewer: a burner, vessels and lotus lamps at several depths.
     let n = b.segments(72, 14);
     let body = smooth(
         &[
@@ -252,7 +252,7 @@ fn offerings(b: &mut Builder, materials: &Materials) {
     );
     let carpet = b.material(Finish::dielectric("runner", [1.0; 3], 0.93).map(carpet_map, 1.0));
     b.add("runner", carpet, furniture::rug(b, 0.9, 1.3).at(0.0, 0.0, -2.7));
-    // Beads that turn: the hall's first moving thing.
+    // Beads that turn. They are the first of the hall's two moving things.
     let colors = b.palette(
         "bead",
         &[([200, 60, 40], 0.036), ([40, 110, 150], 0.3), ([220, 180, 70], 0.32), ([230, 226, 214], 0.42)],

@@ -1,4 +1,4 @@
-//! Textures made by code: images, their PNG bytes, normal maps, and tangents that fit them.
+//! Textures that are made by code: images, their PNG files, normal maps, and the tangents that fit the normal maps.
 
 use std::io::Cursor;
 use std::sync::LazyLock;
@@ -8,32 +8,35 @@ use image::ImageEncoder;
 
 use super::shape::Shape;
 
-/// A square RGB image, evaluated when its file is made: listing a scene costs no texels.
+/// A square RGB image. Its texels are computed only when its file is made, so that counting a scene's parts costs
+/// nothing.
 pub struct Image {
     size: u32,
     texel: Box<dyn Fn(f32, f32) -> [u8; 3] + Send + Sync>,
 }
 
 impl Image {
-    /// A colour map: `color(u, v)` in linear light, stored as sRGB.
+    /// A colour map. `color(u, v)` is in linear light and is stored as sRGB.
     pub fn color(size: u32, color: impl Fn(f32, f32) -> Vec3 + Send + Sync + 'static) -> Image {
         let texel = move |u, v| color(u, v).to_array().map(|c| CURVE[(c.clamp(0.0, 1.0) * 4095.0) as usize]);
         Image { size, texel: Box::new(texel) }
     }
 
-    /// G = roughness factor, B = metallic factor (1: the material decides).
+    /// A map whose green channel is the roughness factor. The blue channel, the metallic factor, is 1: the material
+    /// decides.
     pub fn roughness(size: u32, roughness: impl Fn(f32, f32) -> f32 + Send + Sync + 'static) -> Image {
         Image { size, texel: Box::new(move |u, v| [255, byte(roughness(u, v)), 255]) }
     }
 
-    /// Normals of a height field; `height` in units of the tile's side. Seamless where `height` is.
+    /// The normal map of a height field. `height` is in units of the tile's side. The map is seamless where `height`
+    /// is.
     pub fn normals(size: u32, height: impl Fn(f32, f32) -> f32 + Send + Sync + 'static) -> Image {
         let step = 1.0 / size as f32;
         let wrap = |x: f32| x - x.floor();
         let texel = move |u: f32, v: f32| {
             let du = (height(wrap(u + step), v) - height(wrap(u - step), v)) / (2.0 * step);
             let dv = (height(u, wrap(v + step)) - height(u, wrap(v - step))) / (2.0 * step);
-            // v grows downwards in the image, the green axis upwards.
+            // v grows downwards in the image, and the green axis points upwards.
             let n = Vec3::new(-du, dv, 1.0).normalize();
             (n * 0.5 + 0.5).to_array().map(byte)
         };
@@ -57,7 +60,7 @@ impl Image {
     }
 }
 
-/// The sRGB curve, fine enough that no byte is skipped in the dark.
+/// The sRGB curve, sampled finely enough that no byte is skipped in dark colours.
 static CURVE: LazyLock<Vec<u8>> = LazyLock::new(|| (0..4096).map(|i| encode(i as f32 / 4095.0)).collect());
 
 fn byte(x: f32) -> u8 {
@@ -69,7 +72,8 @@ fn encode(linear: f32) -> u8 {
     byte(if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 } as f32)
 }
 
-/// Tangents (x, y, z, sign) for a shape's UVs: each vertex the mean of its triangles', against its normal.
+/// Tangents (x, y, z, sign) for a shape's UVs. A vertex has the mean of its triangles' tangents, made orthogonal to its
+/// normal.
 pub fn tangents(shape: &Shape) -> Vec<f32> {
     let mut along = vec![(Vec3::ZERO, Vec3::ZERO); shape.positions.len()];
     for t in shape.indices.chunks_exact(3) {
@@ -90,7 +94,7 @@ pub fn tangents(shape: &Shape) -> Vec<f32> {
     for ((du, dv), n) in along.into_iter().zip(&shape.normals) {
         let flat = du - *n * n.dot(du);
         let t = flat.try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
-        // The bitangent points up the image, against v.
+        // The bitangent points up in the image, against v.
         out.extend([t.x, t.y, t.z, if n.cross(t).dot(dv) > 0.0 { -1.0 } else { 1.0 }]);
     }
     out

@@ -1,7 +1,8 @@
-//! A laid dining table: dozens of glasses and bottles in front of each other, a rack of bottles behind.
+//! The scene `wine`: a laid dining table, with dozens of glasses and bottles in front of each other and a rack of
+//! bottles behind.
 //!
-//! Nothing is transparent here: glass is drawn as a dark glossy solid, which hides what is behind it —
-//! the dense occlusion that this scene is for.
+//! Nothing is transparent here. Glass is drawn as a dark glossy solid, which hides what is behind it: this scene is for
+//! dense occlusion.
 
 use glam::Vec3;
 
@@ -16,7 +17,7 @@ use super::solids::{block, rounded_box};
 use super::tableware;
 use super::texture::Image;
 
-/// Height of the table's top.
+/// Height of the upper face of the table's top, metres.
 const TOP: f32 = 0.76;
 
 pub fn build(detail: f64) -> Builder {
@@ -87,7 +88,7 @@ fn places(b: &mut Builder, glasses: &Glasses) {
         (0.66, 1.3, 180.0),
     ];
     for (i, (x, z, yaw)) in seats.into_iter().enumerate() {
-        // Ahead is where the guest looks; a setting's own −X is at the guest's right.
+        // "Ahead" is the direction in which the guest looks. −X of a setting is at the guest's right.
         let turn = super::shape::turn(Vec3::Y, yaw);
         let put = |right: f32, ahead: f32| {
             let p = Vec3::new(x, TOP, z) + turn * Vec3::new(-right, 0.0, ahead);
@@ -141,7 +142,7 @@ fn centre(b: &mut Builder, glasses: &Glasses) {
     {
         b.place(&format!("bottle {}", i + 1), bottles[i % 4], Pose::at(x, TOP + 0.0005, z).yaw(50.0 * i as f32));
     }
-    // Glasses set down between the guests: the eyes see different ones through the gaps.
+    // Glasses that were set down between the guests. The two eyes see different ones through the gaps.
     let forms: Vec<_> = (0..5)
         .map(|k| {
             let form = tableware::wine_glass(b, 0.2 + 0.02 * k as f32, 0.036 + 0.003 * (k % 3) as f32);

@@ -1,4 +1,4 @@
-//! Shapes → the glTF's binary buffer.
+//! Writes shapes into the binary buffer of a built-in scene's glTF. Called by the scene's builder.
 
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::finish::Finish;
 use super::shape::Shape;
 
-/// Collects the buffer's bytes with their views and accessors.
+/// Collects the buffer's bytes together with the buffer views and accessors that describe them.
 #[derive(Default)]
 pub(super) struct Writer {
     pub(super) bytes: Vec<u8>,
@@ -15,7 +15,7 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    /// Appends a shape's attributes and indices; the glTF primitive that refers to them.
+    /// Appends a shape's attributes and indices, and returns the glTF primitive that refers to them.
     pub(super) fn primitive(&mut self, shape: &Shape, material: usize, finish: &Finish) -> Value {
         let flat3 = |v: &[Vec3]| v.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>();
         let positions = self.floats(&flat3(&shape.positions), "VEC3");

@@ -1,4 +1,5 @@
-//! Environment maps from `.hdr` (Radiance) and `.exr` files.
+//! Reads environment maps from the bytes of `.hdr` (Radiance) and `.exr` files. It is called by the scene loader, and
+//! by the reader of pictures for the head of an OpenEXR file.
 
 use std::io::Cursor;
 
@@ -9,23 +10,26 @@ use exr::meta::header::Header;
 use crate::scene::Equirect;
 use crate::scene::error::Reason;
 
-/// Wider maps are averaged down to this: finer than a pixel of any reflection, and 4 MiB a channel.
+/// Maps that are wider are averaged down to this width. That is finer than a pixel of any reflection, and takes 4 MiB
+/// for each channel.
 const MOST_WIDTH: u32 = 2048;
 
-/// More texels than any panorama has: a header of a few bytes may claim any size.
+/// The most texels of a map that is read. No panorama has more, and a header of a few bytes may claim any size.
 const MOST_TEXELS: u64 = 1 << 27;
 
-/// More than 24 channels of 16 million pixels: a header of a few bytes may claim any number.
+/// The most samples of a file that is read: more than 24 channels of 16 million pixels. A header of a few bytes may
+/// claim any number.
 pub const MOST_SAMPLES: u64 = 1 << 29;
 
-/// No compression of OpenEXR makes more of a byte: PXR24 keeps three bytes of four, and packs them by Deflate, 1032 to 1.
+/// The most bytes that a byte of an OpenEXR file can unpack to, rounded up. PXR24 unpacks the most: it keeps three
+/// bytes of four and packs them with Deflate, at most 1032 to 1.
 const MOST_UNPACKED_OF_BYTE: u64 = 1400;
 
-/// What the head of an OpenEXR file says, of a picture or a map. Asked before the file is read: a reader makes room for
-/// what is claimed.
+/// Reads the head of an OpenEXR file, be it a picture or a map, and checks it. This comes before the pixels are read,
+/// because a reader allocates what the head claims.
 ///
 /// # Errors
-/// It is no OpenEXR file, or claims more samples than are read or than so small a file can hold.
+/// The file is not OpenEXR, or it claims more samples than are read or than a file of its size can hold.
 pub fn exr_head(bytes: &[u8]) -> Result<MetaData, Reason> {
     let head = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     let flat = || head.headers.iter().filter(|h| !h.deep);
@@ -35,7 +39,7 @@ pub fn exr_head(bytes: &[u8]) -> Result<MetaData, Reason> {
     if claimed > MOST_SAMPLES {
         return Err(format!("it claims {claimed} samples, and at most {MOST_SAMPLES} are read"));
     }
-    // Channels of colour may have a sample for several pixels.
+    // A colour channel may be subsampled: one sample then stands for several pixels.
     let of_channel = |h: &Header, c: &ChannelDescription| {
         area(h) / c.sampling.area().max(1) as u64 * c.sample_type.bytes_per_sample() as u64
     };
@@ -49,11 +53,12 @@ pub fn exr_head(bytes: &[u8]) -> Result<MetaData, Reason> {
     Ok(head)
 }
 
-/// A panorama is twice as wide as tall. Blurring is done on a map made coarser to a width of 128, which a narrower map is
-/// not: its height counts in full for each of 512 directions.
+/// The largest height over width of a map. A panorama is twice as wide as it is tall. The blur works on a map that was
+/// reduced to a width of 128, but a narrower map is not reduced, and its whole height would count for each of 512
+/// directions.
 const MOST_HEIGHT_TO_WIDTH: u32 = 4;
 
-/// Decodes a map; the bytes decide which kind it is.
+/// Decodes a map. The first bytes decide which of the two formats it is.
 pub fn decode(bytes: &[u8]) -> Result<Equirect, Reason> {
     let map = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { decode_exr(bytes)? } else { decode_hdr(bytes)? };
     if map.width == 0 || map.height == 0 {
@@ -74,7 +79,7 @@ fn decode_hdr(bytes: &[u8]) -> Result<Equirect, Reason> {
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes))
         .map_err(|error| format!("neither Radiance HDR nor OpenEXR: {error}"))?;
     let (width, height) = image::ImageDecoder::dimensions(&decoder);
-    // Asked before the texels are allocated.
+    // This is checked before the texels are allocated.
     if u64::from(width) * u64::from(height) > MOST_TEXELS {
         return Err(format!("Radiance HDR: {width} × {height} texels; at most {MOST_TEXELS} are read"));
     }
@@ -93,7 +98,7 @@ fn decode_exr(bytes: &[u8]) -> Result<Equirect, Reason> {
         .rgba_channels(
             |size, _| {
                 let fits = (size.width() as u64).saturating_mul(size.height() as u64) <= MOST_TEXELS;
-                // Too large a map stays empty and is refused by its caller.
+                // A map that is too large is left empty here; the caller refuses it.
                 let (width, height) = if fits { (size.width(), size.height()) } else { (0, 0) };
                 Equirect { width: width as u32, height: height as u32, texels: vec![[0.0; 3]; width * height] }
             },

@@ -1,4 +1,5 @@
-//! Light from infinity: a radiance map, and what shading needs of it, computed once at load.
+//! Light from infinity: a radiance map, and what shading needs of it. Everything is computed once, when the scene
+//! loader makes the environment.
 
 pub mod file;
 mod prefilter;
@@ -8,11 +9,12 @@ use glam::{Vec2, Vec3};
 
 use super::{Environment, Equirect};
 
-/// Largest radiance kept: what a 16-bit float holds.
+/// The largest radiance that is kept: the largest value of a 16-bit float.
 pub const MOST_RADIANCE: f32 = 65504.0;
 
 impl Environment {
-    /// Everything from the radiance map; values that are not finite become 0, others are kept within 0–65504.
+    /// Makes an environment from its radiance map. Values that are not finite become 0; all others are clamped to
+    /// 0–65504.
     pub fn from_radiance(mut radiance: Equirect) -> Environment {
         for c in radiance.texels.iter_mut().flatten() {
             *c = if c.is_nan() { 0.0 } else { c.clamp(0.0, MOST_RADIANCE) };
@@ -22,14 +24,14 @@ impl Environment {
         Environment { radiance, irradiance, specular }
     }
 
-    /// The same radiance from everywhere.
+    /// An environment that has the same radiance in every direction.
     pub fn constant(radiance: [f32; 3]) -> Environment {
         Environment::from_radiance(Equirect { width: 8, height: 4, texels: vec![radiance; 32] })
     }
 }
 
 impl Equirect {
-    /// A map from a function of the unit direction, evaluated at texel centres.
+    /// A map whose texels are `radiance` of the unit direction through their centres.
     pub fn from_fn(width: u32, height: u32, mut radiance: impl FnMut(Vec3) -> Vec3) -> Equirect {
         let mut texels = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
@@ -51,13 +53,13 @@ impl Equirect {
         Vec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos())
     }
 
-    /// u, v in 0–1 of a unit direction; see [`Environment::radiance`].
+    /// u and v in 0–1 of a unit direction; see [`Environment::radiance`] for the mapping.
     pub fn uv(direction: Vec3) -> Vec2 {
         let u = direction.x.atan2(-direction.z) / std::f32::consts::TAU + 0.5;
         Vec2::new(u, direction.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI)
     }
 
-    /// Bilinear; wraps around, stops at the poles.
+    /// Bilinear lookup, which wraps around horizontally and is clamped at the poles.
     pub fn sample(&self, direction: Vec3) -> Vec3 {
         let uv = Equirect::uv(direction);
         let (x, y) = (uv.x * self.width as f32 - 0.5, uv.y * self.height as f32 - 0.5);
@@ -73,13 +75,14 @@ impl Equirect {
         upper * (1.0 - fy) + lower * fy
     }
 
-    /// Solid angle of a texel of row `y`, steradian, exact.
+    /// The exact solid angle of a texel of row `y`, steradian.
     pub fn solid_angle(&self, y: u32) -> f32 {
         let edge = |y: u32| (f64::from(y) / f64::from(self.height) * std::f64::consts::PI).cos();
         ((edge(y) - edge(y + 1)) * std::f64::consts::TAU / f64::from(self.width)) as f32
     }
 
-    /// The mean over each coarser texel by solid angle; a map no larger than asked for is returned as it is.
+    /// A smaller map: each texel is the mean, weighted by solid angle, of what it covers. A map that is no larger than
+    /// what is asked for is returned as it is.
     pub fn downsample(&self, width: u32, height: u32) -> Equirect {
         if width >= self.width || height >= self.height {
             return self.clone();
@@ -103,7 +106,7 @@ impl Equirect {
         Equirect { width, height, texels }
     }
 
-    /// Turned about +Y: what was at azimuth a is at a + `radians` (towards +X from −Z).
+    /// The map turned about +Y: what was at azimuth a is then at a + `radians`, counted from −Z towards +X.
     pub fn rotated(&self, radians: f64) -> Equirect {
         let shift = radians / std::f64::consts::TAU * f64::from(self.width);
         let whole = shift.floor();
@@ -121,7 +124,7 @@ impl Equirect {
     }
 }
 
-/// For each of `to` cells: which of `from` cells it covers and how much of each.
+/// For each of `to` cells along an axis: which of the `from` cells it covers, and how much of each.
 fn overlaps(from: u32, to: u32) -> Vec<Vec<(u32, f32)>> {
     let scale = f64::from(from) / f64::from(to);
     (0..to)
@@ -163,7 +166,7 @@ mod tests {
         assert!((power(&map).x - 4.0 * std::f32::consts::PI).abs() < 1e-3);
         let small = map.downsample(16, 8);
         assert_eq!((small.width, small.height), (16, 8));
-        // Rows of a fractional cut weigh a little differently than their exact solid angle.
+        // A row that is cut weighs a little differently than its exact solid angle.
         assert!((power(&small) - power(&map)).length() < 2e-2 * power(&map).length());
     }
 

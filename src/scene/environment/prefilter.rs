@@ -1,4 +1,5 @@
-//! What shading needs of an environment: irradiance by normal, and GGX-blurred radiance by roughness.
+//! What shading needs of an environment map: irradiance for each normal, and radiance blurred by GGX for each
+//! roughness. Called when an environment is made.
 
 use std::thread;
 
@@ -7,15 +8,17 @@ use glam::Vec3;
 use crate::scene::Equirect;
 
 const IRRADIANCE_SIZE: (u32, u32) = (32, 16);
-/// A cosine lobe sees no detail finer than this.
+/// Size of the map that irradiance is computed from. A cosine lobe does not show any finer detail.
 const IRRADIANCE_SOURCE: (u32, u32) = (128, 64);
 const SPECULAR_SIZE: (u32, u32) = (128, 64);
 const SPECULAR_LEVELS: u32 = 8;
-/// The roughest mirror-like level (r = 1/7) resolves about a degree; the source need not be finer.
+/// Size of the map that the blurred levels are computed from. The sharpest blurred level (r = 1/7) resolves about a
+/// degree, so the source need not be finer.
 const SPECULAR_SOURCE: (u32, u32) = (512, 256);
 const SAMPLES: u32 = 64;
 
-/// Irradiance / π: the exact cosine-weighted mean over a coarse map, so that a constant stays that constant.
+/// Irradiance / π: the cosine-weighted mean over a coarse map. The weights are normalised, so that a constant map stays
+/// constant.
 pub fn irradiance(radiance: &Equirect) -> Equirect {
     let source = radiance.downsample(IRRADIANCE_SOURCE.0, IRRADIANCE_SOURCE.1);
     let lights: Vec<(Vec3, f32, Vec3)> = (0..source.height)
@@ -36,7 +39,7 @@ pub fn irradiance(radiance: &Equirect) -> Equirect {
     })
 }
 
-/// Level i of n: radiance blurred by the GGX lobe of roughness i/(n−1) seen head-on (view = normal).
+/// Level i of n is the radiance blurred by the GGX lobe of roughness i/(n−1), seen head-on (view = normal).
 ///
 /// Importance-sampled half vectors, each looked up in the mip whose texels match its share of the
 /// lobe (filtered importance sampling, Křivánek & Colbert 2008), so that 64 samples are smooth.
@@ -65,7 +68,7 @@ pub fn specular(radiance: &Equirect) -> Vec<Equirect> {
     levels
 }
 
-/// A direction about +Z and the mip level to read it from.
+/// A direction about +Z, and the mip level to read it from.
 struct LobeSample {
     direction: Vec3,
     mip: f32,
@@ -76,14 +79,15 @@ fn lobe(roughness: f32, finest: &Equirect) -> Vec<LobeSample> {
     let texel = 4.0 * std::f32::consts::PI / (finest.width * finest.height) as f32;
     (0..SAMPLES)
         .filter_map(|i| {
-            // Hammersley: i/n and the bit-reversed index.
+            // Hammersley points: i/n and the radical inverse of i.
             let (u, v) = ((i as f32 + 0.5) / SAMPLES as f32, i.reverse_bits() as f32 / 4_294_967_296.0);
             let cos2 = (1.0 - u) / (1.0 + (alpha2 - 1.0) * u);
             let (cos, sin) = (cos2.sqrt(), (1.0 - cos2).max(0.0).sqrt());
             let phi = std::f32::consts::TAU * v;
             let half = Vec3::new(sin * phi.cos(), sin * phi.sin(), cos);
             let direction = half * (2.0 * cos) - Vec3::Z;
-            // D in its stable form; with view = normal the density of the direction is D/4.
+            // D, the GGX distribution, in its numerically stable form. With view = normal the density of the direction
+            // is D/4.
             let denominator = cos2 * alpha2 + sin * sin;
             let density = alpha2 / (std::f32::consts::PI * denominator * denominator) / 4.0;
             let share = 1.0 / (SAMPLES as f32 * density.max(1e-6));
@@ -111,7 +115,7 @@ fn trilinear(mips: &[Equirect], level: f32, direction: Vec3) -> Vec3 {
     fine.lerp(mips[low + 1].sample(direction), part)
 }
 
-/// Evaluates every texel's direction; rows are shared out among the machine's threads.
+/// Evaluates `value` in the direction of every texel. The rows are shared out among the machine's threads.
 fn parallel(size: (u32, u32), value: impl Fn(Vec3) -> Vec3 + Sync) -> Equirect {
     let (width, height) = size;
     let mut texels = vec![[0.0f32; 3]; (width * height) as usize];

@@ -1,4 +1,5 @@
-//! The analytic sky: a gradient from horizon to zenith, haze around the sun, ground below.
+//! The analytic sky of a manifest: a gradient from horizon to zenith, haze around the sun, and the ground below. It
+//! becomes a radiance map and, for the sun, a light.
 //!
 //! Above the horizon, with h = d.y, c = max(d · sun, 0):
 //! L = horizon + (zenith − horizon)·(1 − (1 − h)⁴) + glow·(c¹⁶/2 + c²⁵⁶)·(1 − h/2).
@@ -12,7 +13,7 @@ use glam::{DVec3, Vec3};
 use crate::scene::manifest::SkySpec;
 use crate::scene::{Equirect, Light, LightSource};
 
-/// The map has no feature finer than the haze: 256 × 128 is enough.
+/// The radiance map of the sky. No feature is finer than the haze, so 256 × 128 texels are enough.
 pub fn radiance(sky: &SkySpec) -> Equirect {
     let [zenith, horizon, ground, glow] = [sky.zenith, sky.horizon, sky.ground, sky.glow].map(Vec3::from_array);
     let sun = sun_direction(sky).as_vec3();
@@ -26,7 +27,7 @@ pub fn radiance(sky: &SkySpec) -> Equirect {
     })
 }
 
-/// The sun as a light; none when it is below the horizon or black.
+/// The sun as a light; `None` when it is below the horizon or black.
 pub fn sun(sky: &SkySpec) -> Option<Light> {
     let toward = sun_direction(sky);
     let irradiance = Vec3::from_array(sky.sun_irradiance);

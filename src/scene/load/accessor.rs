@@ -1,4 +1,5 @@
-//! Typed reads from buffers, every range checked: accessors of all component types, sparse ones, normalised ones.
+//! Typed reads from a glTF's buffers, with every range checked: accessors of all component types, sparse ones and
+//! normalised ones. Called by the readers of meshes, instances and materials.
 
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
@@ -7,25 +8,27 @@ use gltf::json::{Index, Root};
 use super::budget::Budget;
 use crate::scene::error::Reason;
 
-/// An accessor's elements one after another, components flat.
+/// The elements of an accessor, one after another; the components of each follow each other.
 #[derive(Debug)]
 pub struct Elements {
-    /// Components an element: 1 scalar … 16 a 4×4 matrix (column-major).
+    /// Components of an element: from 1 for a scalar to 16 for a 4×4 matrix (column-major).
     pub width: usize,
     pub values: Vec<f32>,
 }
 
-/// More elements than any scene needs: a sparse accessor without a buffer may claim any count in a few bytes.
+/// The most elements of an accessor that is read. No scene needs more, and a sparse accessor without a buffer view may
+/// claim any number in a few bytes.
 pub const MOST_ELEMENTS: u64 = 1 << 25;
 
-/// As many may be claimed without a single byte behind them.
+/// The most elements of an accessor that has no bytes behind it (glTF defines them as zeros).
 const MOST_ZEROS: u64 = 1 << 22;
 
-/// The document with its buffers in memory.
+/// The document together with its buffers, in memory.
 pub struct Buffers {
     pub root: Root,
     pub buffers: Vec<Vec<u8>>,
-    /// Many meshes may ask for the same elements.
+    /// What the elements that are read may still take. It is counted at each read, because many meshes may name the
+    /// same accessor.
     pub budget: Budget,
 }
 
@@ -47,7 +50,7 @@ impl Buffers {
         })
     }
 
-    /// Numbers as `f32`; normalised integers become fractions, others keep their value.
+    /// An accessor's numbers as `f32`. Normalised integers become fractions; all others keep their value.
     pub fn numbers<T>(&self, index: Index<T>, widths: &[usize]) -> Result<Elements, Reason> {
         let index = index.value();
         let accessor = self.accessor(index)?;
@@ -63,7 +66,7 @@ impl Buffers {
         Ok(Elements { width, values })
     }
 
-    /// Unsigned integers, exact: indices and joint numbers.
+    /// An accessor's unsigned integers, exact: vertex indices and joint numbers.
     pub fn integers<T>(&self, index: Index<T>) -> Result<Vec<u32>, Reason> {
         let index = index.value();
         let accessor = self.accessor(index)?;
@@ -108,7 +111,7 @@ impl Buffers {
             ));
         }
         if let Some(view) = accessor.buffer_view {
-            // Before anything is allocated: a few bytes of JSON may claim gigabytes.
+            // This is checked before anything is allocated: a few bytes of JSON may claim gigabytes.
             let size = component(accessor).map_or(1, |c| c.size()) * width(accessor).unwrap_or(1);
             let stride = self.stride(view.value(), size);
             self.span(index, view.value(), accessor.byte_offset.map_or(0, |o| o.0), stride, size, count as usize)?;
@@ -121,7 +124,7 @@ impl Buffers {
         stride.map_or(packed, |s| s.0).max(1)
     }
 
-    /// The bytes from `offset` that hold `count` elements of `size` bytes, `stride` apart.
+    /// The bytes of a buffer view from `offset` that hold `count` elements of `size` bytes, `stride` bytes apart.
     fn span(
         &self,
         index: usize,
@@ -205,7 +208,7 @@ fn component(accessor: &Accessor) -> Option<ComponentType> {
     }
 }
 
-/// One little-endian component; `bytes` has its size. Normalisation as glTF 2.0 §3.11.
+/// One little-endian component; `bytes` is as long as the component. Normalisation follows glTF 2.0 §3.11.
 fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     let (value, most) = match component {
         ComponentType::F32 => return f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),

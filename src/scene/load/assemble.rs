@@ -1,4 +1,5 @@
-//! Document + manifest → [`Scene`]: views, lights, environment and motion resolved and checked.
+//! Makes a [`Scene`] from a document and its manifest: resolves and checks views, lights, environment and motion.
+//! Called last by the loader.
 
 use std::sync::LazyLock;
 
@@ -16,10 +17,12 @@ use crate::scene::manifest::{
 use crate::scene::motion::{FRAME_S, Motion, Path};
 use crate::scene::{Environment, Equirect, Fallback, HeadKey, HeadPath, Light, Scene, View};
 
-/// Open meshes' thickness over the distance of the nearest content: two pixels of a 1080-line image.
+/// Default thickness of open meshes over the distance of the nearest content. It corresponds to two pixels of an image
+/// with 1080 lines.
 const THICKNESS_OVER_NEAREST: f64 = 1.0 / 200.0;
 
-/// A glTF on its own: default sky (with its sun where the file brings no light), default view if it has none.
+/// A glTF without a manifest. It gets the default sky, whose sun is added only where the file has no light, and a
+/// default view where it has no camera.
 pub fn bare(name: String, document: Document, reader: Reader) -> Result<Scene, SceneError> {
     let sky_spec = SkySpec::default();
     let lit = !document.lights.is_empty() || document.materials.iter().any(|m| m.emissive != Vec3::ZERO);
@@ -30,14 +33,16 @@ pub fn bare(name: String, document: Document, reader: Reader) -> Result<Scene, S
     Ok(scene)
 }
 
-/// Prefiltered once a process: most scenes that bring no light of their own share it.
+/// The default sky's environment. It is prefiltered once per process, because most scenes without lights of their own
+/// share it.
 fn default_sky() -> Environment {
     static SKY: LazyLock<Environment> =
         LazyLock::new(|| Environment::from_radiance(sky::radiance(&SkySpec::default())));
     SKY.clone()
 }
 
-/// A glTF seen through a manifest, with the lights of [`super::lights::of_manifest`]; `map` is its environment file, decoded.
+/// A glTF with its manifest, and with the lights of [`super::lights::of_manifest`]. `map` is the decoded environment
+/// file.
 pub fn with_manifest(
     manifest: &Manifest,
     (mut document, mut placed): (Document, Vec<Light>),
@@ -101,8 +106,8 @@ pub fn with_manifest(
     Ok(scene)
 }
 
-/// Hashes what the manifest says, whatever its layout, and not where the geometry came from: its bytes are hashed
-/// themselves, so that a built-in and its export are one scene.
+/// Hashes what the manifest says, independent of its layout. Where the geometry came from is left out, because the
+/// geometry's bytes are hashed themselves: a built-in scene and its export are the same scene.
 pub fn hash_manifest(reader: &mut Reader, manifest: &Manifest) {
     let manifest = Manifest { geometry: None, ..manifest.clone() };
     // Serialising plain data into memory cannot fail.
@@ -159,7 +164,7 @@ fn view(spec: &ViewSpec) -> Result<View, Reason> {
     })
 }
 
-/// World from view, from the one of both that is given.
+/// The rotation from view to world, from `target` or `orientation`, of which exactly one must be given.
 fn direction(position: DVec3, target: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<DQuat, Reason> {
     match (target, orientation) {
         (Some(target), None) => look_at(position, DVec3::from_array(target)),
@@ -185,7 +190,7 @@ fn head_path(spec: &HeadPathSpec) -> Result<HeadPath, Reason> {
     HeadPath::new(&spec.name, spec.rate_hz, keys).map_err(|e| e.to_string())
 }
 
-/// World from view, looking from `from` at `to` with the head upright.
+/// The rotation from view to world of a head at `from` that is upright and looks at `to`.
 fn look_at(from: DVec3, to: DVec3) -> Result<DQuat, Reason> {
     let back = (from - to).try_normalize().filter(|b| b.is_finite()).ok_or("target and position are the same point")?;
     let right = DVec3::Y.cross(back).try_normalize().unwrap_or(DVec3::X);
@@ -205,7 +210,7 @@ fn placed_map(spec: &MapSpec, map: Option<Equirect>) -> Result<Equirect, Reason>
     Ok(map)
 }
 
-/// What moves: the instances of all nodes of that name and of all nodes below them.
+/// The motion of a manifest's entry: it moves the instances of all nodes of that name and of all nodes below them.
 fn motion(
     spec: &MotionSpec,
     scene: &Scene,

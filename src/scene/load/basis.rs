@@ -1,7 +1,7 @@
-//! `KHR_texture_basisu`: KTX2 files of Basis Universal → RGBA8.
+//! `KHR_texture_basisu`: decodes KTX2 files of Basis Universal to RGBA8. Called by the image loader.
 //!
-//! The transcoder trusts some of the container's numbers, so the container is checked here, and what it needs is all
-//! it is shown.
+//! The transcoder trusts some numbers of the container without checking them. Therefore the container is checked here,
+//! and the transcoder is shown only what it needs.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
@@ -10,11 +10,11 @@ use crate::scene::error::Reason;
 
 const MAGIC: &[u8; 12] = b"\xABKTX 20\xBB\r\n\x1A\n";
 
-/// Where the levels' entries begin, and how long each is: offset, length, length when unpacked.
+/// Where the level index begins, and the length of an entry in bytes: offset, length, uncompressed length.
 const LEVELS: usize = 80;
 const LEVEL: usize = 24;
 
-/// Colour models of the data format descriptor that the extension allows.
+/// The two colour models of the data format descriptor that the extension allows.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 
@@ -22,7 +22,7 @@ pub fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Width, height and the texels of the largest level.
+/// Width, height and the RGBA8 texels of the largest level; no side may be longer than `most_wide`.
 pub fn decode(bytes: &[u8], most_wide: u32) -> Result<(u32, u32, Vec<u8>), Reason> {
     let broken = |what: &str| format!("cannot be decoded: KTX2: {what}");
     let early = || broken("the file ends too early");
@@ -51,7 +51,7 @@ pub fn decode(bytes: &[u8], most_wide: u32) -> Result<(u32, u32, Vec<u8>), Reaso
         if !inside(start, length) {
             return Err(early());
         }
-        // Both codecs take 16 bytes for 4 × 4 texels at most.
+        // Both codecs use at most 16 bytes for a block of 4 × 4 texels.
         if unpacked > blocks * 16 {
             return Err(broken(&format!("level {level} claims {unpacked} bytes for {width} × {height} texels")));
         }
@@ -66,7 +66,7 @@ pub fn decode(bytes: &[u8], most_wide: u32) -> Result<(u32, u32, Vec<u8>), Reaso
     if u64::from(width) * u64::from(height) * 4 > MOST_TEXEL_BYTES {
         return Err(broken(&format!("{width} × {height} texels are more than {} MiB", MOST_TEXEL_BYTES >> 20)));
     }
-    // Keys and values say nothing that is needed here, so the transcoder does not see them.
+    // The key/value data is not needed here, so the transcoder does not see it.
     let mut bytes = bytes.to_vec();
     bytes[56..64].fill(0);
     let refused = |error: basisu::Error| broken(&format!("{error:?}"));

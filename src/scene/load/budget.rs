@@ -1,4 +1,5 @@
-//! How much a scene may take: a few bytes can claim gigabytes, many views the same bytes, many meshes the same view.
+//! How much memory a scene may take. Counting is needed because a few bytes can claim gigabytes, many buffer views can
+//! share the same bytes, and many meshes the same view.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -8,13 +9,14 @@ use cyclopean_analysis::files;
 
 use crate::scene::error::Reason;
 
-/// Where the system does not say how much memory there is.
+/// Memory that is assumed where the system does not tell how much there is.
 const MEMORY_BYTES: u64 = 16 << 30;
-/// A machine that has less shows no scene of a study.
+/// The least budget, whatever the system says. A machine that has less memory cannot show the scenes of a study anyway.
 const LEAST_BYTES: u64 = 1 << 30;
 
-/// What a scene may take in all, files read, what is unpacked of them, meshes and textures: half of the memory that this
-/// program may use. So every scene is read that the machine can hold, and no file takes it all.
+/// The bytes that a scene may take in all: files, what is unpacked from them, meshes and textures. It is half of the
+/// memory that this program may use, so that every scene is read that the machine can hold, and no file takes all of
+/// its memory.
 pub fn most_bytes() -> u64 {
     let read = |path: &str| files::read_text(Path::new(path), 1 << 16).unwrap_or_default();
     let machine = number(&read("/proc/meminfo"), "MemTotal:").map(|kib| kib << 10);
@@ -23,12 +25,12 @@ pub fn most_bytes() -> u64 {
     (memory / 2).max(LEAST_BYTES)
 }
 
-/// The number after a name that begins a line; none: there is no such line, or no number.
+/// The number after `name` at the beginning of a line; `None` where there is no such line or no number.
 fn number(text: &str, name: &str) -> Option<u64> {
     text.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next()?.parse().ok())
 }
 
-/// What is left of the bytes that one scene may take. Clones share it.
+/// What is left of the bytes that one scene may take. All clones share the same count.
 #[derive(Debug, Clone)]
 pub struct Budget {
     of: u64,
@@ -43,7 +45,8 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Asks before `bytes` are allocated.
+    /// Takes `bytes` from what is left, and fails where they are too many. It must be called before the bytes are
+    /// allocated.
     pub fn take(&self, bytes: u64) -> Result<(), Reason> {
         let left = self.left.get().checked_sub(bytes);
         let of = self.of as f64 / f64::from(1 << 30);

@@ -1,4 +1,5 @@
-//! Bytes → the glTF's JSON (validated) and its binary chunk.
+//! Splits the bytes of a `.gltf` or `.glb` into its JSON, which is parsed and validated, and its binary chunk. Called
+//! by [`super::document`].
 
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error as JsonError, Validate};
@@ -14,11 +15,11 @@ pub struct Parsed {
     /// The binary chunk of a `.glb`.
     pub blob: Option<Vec<u8>>,
     pub uses: Vec<ExtensionUse>,
-    /// What was left out of the whole document, one sentence each.
+    /// What was left out of the document as a whole, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Splits and checks a `.gltf` or `.glb`; `file` is for messages.
+/// Splits and checks a `.gltf` or `.glb`. `file` is its name in messages.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let invalid = |reason: String| SceneError::Invalid { file: file.to_owned(), reason };
     let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes).map_err(invalid)? } else { (bytes, None) };
@@ -31,7 +32,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
         return Err(SceneError::Extension { file: file.to_owned(), names: unknown });
     }
     let uses = extensions::uses(&root);
-    // What is left is known here, whatever the parsing crate has been built with.
+    // The extensions that remain are all known here, whatever features the `gltf` crate was built with.
     root.extensions_required.clear();
     let mut notes = extensions::left_out(&root);
     drop_unnamed_attributes(&mut root, &mut notes);
@@ -39,7 +40,8 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     let mut first: Option<(String, JsonError)> = None;
     root.validate(&root, JsonPath::new, &mut |path: &dyn Fn() -> JsonPath, error: JsonError| {
         let place = path().to_string();
-        // An accessor without a view holds zeros (glTF 2.0 §3.6.2.2); compressed primitives have such ones, too.
+        // An accessor without a buffer view holds zeros (glTF 2.0 §3.6.2.2). Compressed primitives have such accessors,
+        // too.
         let zeros = place.starts_with("accessors[") && place.ends_with(".bufferView");
         if !(zeros && matches!(error, JsonError::Missing)) {
             first.get_or_insert((place, error));
@@ -51,8 +53,9 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Parsed, SceneError> {
     }
 }
 
-/// The document. Where the parsing crate asks for more than the format does, or for what is not read here, it gets it:
-/// scenes without nodes, animations whose channels `KHR_animation_pointer` points elsewhere (they are not played).
+/// Parses the JSON. The `gltf` crate requires some things that the format does not require, and others that are not
+/// used here. Where they are missing they are filled in: the node lists of scenes without nodes, and empty channels for
+/// animations that `KHR_animation_pointer` extends (animations are not played).
 fn document(json: &[u8]) -> Result<Root, String> {
     let error = match serde_json::from_slice(json) {
         Ok(root) => return Ok(root),
@@ -62,7 +65,7 @@ fn document(json: &[u8]) -> Result<Root, String> {
     if !value.is_object() {
         return Err(error);
     }
-    // The first version names its parts where the second numbers them: little of it parses.
+    // glTF 1 names its parts where glTF 2 numbers them, so little of it can be parsed.
     let said = |key: &str| value.get("asset").and_then(|a| a.get(key)).and_then(|v| v.as_str());
     if let Some(version) = said("version") {
         check_version(version, said("minVersion"))?;
@@ -80,11 +83,12 @@ fn document(json: &[u8]) -> Result<Root, String> {
     let mut animations = list(&mut value, "animations");
     animations.iter_mut().for_each(|a| *a = serde_json::json!({ "channels": [], "samplers": [] }));
     (value["scenes"], value["animations"]) = (scenes.into(), animations.into());
-    // What is wrong besides is said of the file as it is: with its line.
+    // If the file is wrong in another way, the error of the unchanged file is given, because it names the line.
     serde_json::from_value(value).map_err(|_| error)
 }
 
-/// What the file is written in, and the least that a reader must know of the format (glTF 2.0 §5.9): this one knows 2.0.
+/// Checks the version that the file is written in, and the least version that a reader must support (glTF 2.0 §5.9).
+/// This reader supports 2.0.
 fn check_version(version: &str, least: Option<&str>) -> Result<(), String> {
     let quoted = |text: &str| text.chars().take(40).collect::<String>();
     if !matches!(numbers(version), Some((2, _))) {
@@ -98,14 +102,14 @@ fn check_version(version: &str, least: Option<&str>) -> Result<(), String> {
     }
 }
 
-/// Major and minor number of `2.0`.
+/// Major and minor number of a version such as `2.0`.
 fn numbers(version: &str) -> Option<(u32, u32)> {
     let (major, minor) = version.split_once('.')?;
     let number = |text: &str| text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok()).flatten();
     Some((number(major)?, number(minor)?))
 }
 
-/// Leaves out attributes whose names are neither the core format's nor begin with an underscore.
+/// Leaves out attributes whose names are neither those of the core format nor begin with an underscore.
 fn drop_unnamed_attributes(root: &mut Root, notes: &mut Vec<String>) {
     for (m, mesh) in root.meshes.iter_mut().enumerate() {
         let mut dropped = false;
@@ -119,8 +123,8 @@ fn drop_unnamed_attributes(root: &mut Root, notes: &mut Vec<String>) {
     }
 }
 
-/// Gives POSITION accessors the bounds that the format asks for: nothing here reads them, and a file without
-/// them is whole otherwise. A POSITION that leads nowhere is refused here, before the validator trusts it.
+/// Gives POSITION accessors the bounds that the format requires. Nothing here reads them, and a file without them is
+/// usable otherwise. A POSITION whose accessor does not exist is refused here, because the validator trusts it.
 fn complete_positions(root: &mut Root) -> Result<(), String> {
     for (m, mesh) in root.meshes.iter().enumerate() {
         for (k, primitive) in mesh.primitives.iter().enumerate() {
@@ -139,7 +143,8 @@ fn complete_positions(root: &mut Root) -> Result<(), String> {
 
 type Split<'a> = (&'a [u8], Option<Vec<u8>>);
 
-/// Header (magic, version, length), then chunks (length, type, bytes): JSON first, BIN second if any.
+/// Splits a `.glb`: a header (magic, version, length), then chunks (length, type, bytes), of which the first is JSON
+/// and the second, if there is one, is BIN.
 fn split_glb(bytes: &[u8]) -> Result<Split<'_>, String> {
     let word =
         |at: usize| -> Option<u32> { bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])) };

@@ -1,4 +1,5 @@
-//! A whole glTF: its nodes' meshes, materials, lights and cameras, gathered and mended.
+//! Reads a whole glTF: gathers the meshes, materials, lights and cameras of its nodes and repairs them. The loader
+//! makes a scene of the result.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,26 +22,27 @@ use crate::scene::camera::DEFAULT_IPD_M;
 use crate::scene::error::{Reason, SceneError};
 use crate::scene::{Instance, Light, LightSource, Material, Primitive, Texture, View};
 
-/// What a glTF file holds, in the renderer's terms.
+/// What a glTF file holds, in the terms of the renderer.
 #[derive(Debug, Default)]
 pub struct Document {
     pub primitives: Vec<Primitive>,
     pub instances: Vec<Instance>,
-    /// The placed nodes' names, each with the place of its parent in this list, which comes before its own.
+    /// The names of the placed nodes, each with the index of its parent in this list. A parent comes before its
+    /// children.
     pub nodes: Vec<(String, Option<usize>)>,
     /// Per instance: the place of its node in `nodes`.
     pub node_of: Vec<usize>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub lights: Vec<Light>,
-    /// Per light: its own name, or its node's where it has none.
+    /// For each light, its own name, or the name of its node where it has none.
     pub light_names: Vec<String>,
     pub views: Vec<View>,
     pub extensions: Vec<ExtensionUse>,
     pub repairs: Vec<String>,
 }
 
-/// Reads a `.gltf` or `.glb` whose bytes are at hand; other files come through `reader`.
+/// Reads a `.gltf` or `.glb` from its bytes. The other files that it names are read through `reader`.
 pub fn read(file: &str, bytes: &[u8], reader: &mut Reader) -> Result<Document, SceneError> {
     let parsed = container::parse(file, bytes)?;
     reader.hash(bytes);
@@ -91,17 +93,18 @@ fn build(parsed: Parsed, reader: &mut Reader) -> Result<Document, Reason> {
     Ok(builder.out)
 }
 
-/// (mesh, primitive, weights' bits, mirrored) → the primitive made of it; `None`: nothing to draw.
+/// Maps (mesh, primitive, bits of the morph weights, mirrored) to the primitive that was made of it; `None` where there
+/// is nothing to draw.
 type MadeKey = (usize, usize, Vec<u32>, bool);
 
 struct Builder<'a> {
     buffers: &'a Buffers,
     placed: &'a [Placed],
-    /// By node: its place in `placed`; none when it is not in the scene.
+    /// For each node of the document, its index in `placed`; `None` when it is not in the scene.
     place_of: Vec<Option<usize>>,
     out: Document,
     made: BTreeMap<MadeKey, Option<usize>>,
-    /// By a camera's name: how many marks the last view of this name got.
+    /// For each camera name, how many apostrophes the next view of this name gets.
     primes: BTreeMap<String, usize>,
     view_names: BTreeSet<String>,
     default_material: Option<usize>,
@@ -165,7 +168,7 @@ impl Builder<'_> {
                         made
                     }
                 };
-                // The mirrored mesh under the un-mirrored transform: every instance keeps its winding.
+                // The mirrored mesh is placed by the un-mirrored transform, so that every instance keeps its winding.
                 let flip = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
                 self.place(made, world_from_object * DAffine3::from_scale(flip), place)?;
             }
@@ -197,7 +200,7 @@ impl Builder<'_> {
             self.out.repairs.push(format!("mesh `{name}`: points or lines are not drawn"));
             return Ok(None);
         };
-        // What becomes of it: position, normal, tangent, two UV sets and a colour a vertex.
+        // 72 bytes for each vertex of the result: position, normal, tangent, two UV sets and a colour.
         self.buffers.budget.take(mesh.positions.len() as u64 * 72 + mesh.indices.len() as u64 * 4)?;
         let closed = weld::is_closed(&mesh.positions, &mesh.indices);
         let material = match json.material {
@@ -224,7 +227,8 @@ impl Builder<'_> {
         Ok(Some(self.out.primitives.len() - 1))
     }
 
-    /// The skin's origin (kept apart so that f32 positions stay small) and its joint matrices relative to it.
+    /// The origin of a skin, and its joint matrices relative to that origin. The origin is kept apart so that positions
+    /// in f32 stay small.
     fn joints(&self, index: usize) -> Result<(DVec3, Vec<DMat4>), Reason> {
         let skin = self.buffers.root.skins.get(index).ok_or_else(|| format!("skins[{index}] does not exist"))?;
         let world = |node: usize| {
@@ -232,7 +236,7 @@ impl Builder<'_> {
             let found = place.map(|place| self.placed[place].world_from_node);
             found.ok_or_else(|| format!("skins[{index}]: joint node {node} is not in the scene"))
         };
-        // A matrix each; every mesh with this skin asks for them anew.
+        // One matrix for each joint. Every mesh with this skin computes them again.
         self.buffers.budget.take(skin.joints.len() as u64 * 128)?;
         let inverse: Vec<DMat4> = match skin.inverse_bind_matrices {
             Some(accessor) => self
@@ -286,7 +290,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A name that no view has yet: as many marks behind it as it takes.
+    /// A view name that is not taken yet: `name` followed by as many apostrophes as are needed.
     fn fresh(&mut self, name: String) -> String {
         let primes = self.primes.entry(name.clone()).or_default();
         loop {
@@ -337,7 +341,7 @@ impl Builder<'_> {
     }
 }
 
-/// A node's rotation without its scale; none when its axes have collapsed.
+/// A node's rotation without its scale; `None` when its axes have collapsed.
 fn orientation(placed: &Placed) -> Option<DQuat> {
     let m = placed.world_from_node.matrix3;
     let back = m.z_axis.try_normalize()?;

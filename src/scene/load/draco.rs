@@ -1,4 +1,4 @@
-//! `KHR_draco_mesh_compression`: compressed primitives → plain accessors.
+//! `KHR_draco_mesh_compression`: replaces compressed primitives by plain accessors. Called when a document is read.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -21,11 +21,12 @@ pub const NAME: &str = "KHR_draco_mesh_compression";
 #[serde(rename_all = "camelCase")]
 struct Packed {
     buffer_view: usize,
-    /// glTF's name of each attribute → Draco's number of it.
+    /// Maps glTF's name of an attribute to Draco's number of it.
     attributes: BTreeMap<String, u32>,
 }
 
-/// What one compressed view became: accessors by Draco's numbers, and the indices'.
+/// What one compressed buffer view was unpacked to: the accessors of its attributes by Draco's numbers, and the
+/// accessor of its indices.
 struct Unpacked {
     attributes: BTreeMap<u32, Index<Accessor>>,
     indices: Index<Accessor>,
@@ -33,7 +34,7 @@ struct Unpacked {
 
 /// Decodes every compressed primitive and gives it accessors of its own.
 pub fn unpack(buffers: &mut Buffers, budget: &Budget) -> Result<(), Reason> {
-    // Primitives may share a view: it is decoded once.
+    // Several primitives may share a view, which is decoded once.
     let mut done: BTreeMap<usize, Unpacked> = BTreeMap::new();
     for m in 0..buffers.root.meshes.len() {
         for k in 0..buffers.root.meshes[m].primitives.len() {
@@ -53,7 +54,8 @@ pub fn unpack(buffers: &mut Buffers, budget: &Budget) -> Result<(), Reason> {
                 let accessor = unpacked.attributes.get(number).copied();
                 let accessor = accessor.ok_or_else(|| at(format!("attribute {number} is not in the stream")))?;
                 let given = primitive.attributes.insert(semantic, accessor);
-                // Draco does not know what glTF says about normalisation.
+                // Draco does not store whether glTF normalises an attribute, so this is kept from the accessor that the
+                // file declares.
                 let given = given.and_then(|index| buffers.root.accessors.get(index.value()));
                 let normalized = given.is_some_and(|a| a.normalized);
                 buffers.root.accessors[accessor.value()].normalized |= normalized;
@@ -73,7 +75,7 @@ fn decode(buffers: &mut Buffers, view: usize, budget: &Budget) -> Result<Unpacke
     if !bytes.starts_with(b"DRACO") {
         return Err("the bytes are not a Draco stream".to_owned());
     }
-    // Header: magic, two bytes of version, the kind of geometry.
+    // The header: a magic number, two bytes of version, and the kind of geometry.
     if bytes.get(7) != Some(&1) {
         return Err("the Draco stream holds no mesh".to_owned());
     }
@@ -102,7 +104,8 @@ fn decode(buffers: &mut Buffers, view: usize, budget: &Budget) -> Result<Unpacke
     Ok(Unpacked { attributes, indices: push(buffers, indices, ComponentType::U32, count, Type::Scalar) })
 }
 
-/// An attribute's values in the order of the points: its own type where glTF has it, else floats.
+/// An attribute's values in the order of the points. They keep their component type where glTF has it, and become
+/// floats otherwise.
 fn values(attribute: &PointAttribute, points: usize, width: usize) -> (ComponentType, Vec<u8>) {
     let component = match attribute.data_type() {
         DataType::Int8 => ComponentType::I8,
@@ -128,7 +131,7 @@ fn values(attribute: &PointAttribute, points: usize, width: usize) -> (Component
     (component, out)
 }
 
-/// Appends a buffer, its view and an accessor over all of it.
+/// Appends a buffer, a buffer view of it, and an accessor over the whole view.
 fn push(buffers: &mut Buffers, bytes: Vec<u8>, component: ComponentType, count: usize, kind: Type) -> Index<Accessor> {
     let length = bytes.len() as u64;
     let buffer = Index::new(buffers.buffers.len() as u32);

@@ -1,4 +1,5 @@
-//! What this program makes of each glTF extension: one table, which the loader, `scene check` and the docs follow.
+//! How this program treats each glTF extension. The one table here is used by the loader and by `scene check`, and is
+//! what the documentation states.
 
 use std::collections::BTreeSet;
 
@@ -9,11 +10,11 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Treatment {
-    /// As the extension says.
+    /// Everything that the extension says is followed.
     Read,
-    /// As far as one surface with one highlight can show it.
+    /// The extension is followed as far as a surface with a single highlight can show it.
     Approximated,
-    /// Not at all; the scene is whole without it.
+    /// The extension is not followed; the scene is complete without it.
     Ignored,
 }
 
@@ -21,16 +22,16 @@ pub enum Treatment {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ExtensionUse {
     pub name: String,
-    /// The file says that it cannot be shown without.
+    /// The file says that it cannot be shown without the extension.
     pub required: bool,
     pub treatment: Treatment,
-    /// What that means, in words.
+    /// What the treatment means for this extension, in words.
     pub how: String,
 }
 
 use Treatment::{Approximated, Ignored, Read};
 
-/// Every extension known here. One that a file requires and that is not among them is refused by name.
+/// Every extension that is known here. A file that requires another one is refused with its name.
 pub const KNOWN: [(&str, Treatment, &str); 35] = [
     ("EXT_mesh_gpu_instancing", Read, "one instance for each translation, rotation and scale"),
     ("EXT_meshopt_compression", Read, "attributes and indices are unpacked, all filters undone"),
@@ -85,20 +86,20 @@ pub const KNOWN: [(&str, Treatment, &str); 35] = [
     ("MSFT_lod", Ignored, "the finest level is drawn"),
 ];
 
-/// The treatment of `name`; an unknown one is left out.
+/// The treatment of the extension `name`; an unknown one is ignored.
 pub fn treatment(name: &str) -> (Treatment, &'static str) {
     let known = KNOWN.iter().find(|(known, ..)| *known == name);
     known.map_or((Ignored, "this program does not know it"), |(_, treatment, how)| (*treatment, *how))
 }
 
-/// Names that the file requires and that are not known here, in its order, each once.
+/// The names of extensions that the file requires and that are not known here, in the file's order, each once.
 pub fn unknown(root: &Root) -> Vec<String> {
     let mut seen = BTreeSet::new();
     let unknown = |name: &&String| !KNOWN.iter().any(|(known, ..)| known == name) && seen.insert((*name).clone());
     root.extensions_required.iter().filter(unknown).cloned().collect()
 }
 
-/// All extensions that the file names, and what becomes of each; sorted by name.
+/// All extensions that the file names, and what became of each, sorted by name.
 pub fn uses(root: &Root) -> Vec<ExtensionUse> {
     let names: BTreeSet<&str> =
         root.extensions_used.iter().chain(&root.extensions_required).map(String::as_str).collect();
@@ -111,7 +112,7 @@ pub fn uses(root: &Root) -> Vec<ExtensionUse> {
     names.into_iter().map(describe).collect()
 }
 
-/// Sentences about parts of the whole document that are left out: variants and animations.
+/// Sentences about parts of the document as a whole that are left out: material variants and animations.
 pub fn left_out(root: &Root) -> Vec<String> {
     let mut said = Vec::new();
     let others = root.extensions.as_ref().map(|e| &e.others);

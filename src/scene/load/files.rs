@@ -1,7 +1,7 @@
-//! Where a glTF's other files come from: its folder, memory, or the URI itself; every byte read is hashed.
+//! Where the other files of a glTF come from: its folder, memory, or the URI itself. Everything that is read is hashed.
 //!
-//! A glTF is often somebody else's. What it names is read from its own folder and the folders below alone, wherever
-//! `..`, its percent-encoded form or a symbolic link may lead, unless the caller asks otherwise.
+//! A glTF is often somebody else's. The files that it names are read only from its own folder and the folders below it,
+//! wherever `..`, its percent-encoded form or a symbolic link may lead. Only the caller can allow more.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -12,19 +12,20 @@ use sha2::{Digest, Sha256};
 use super::budget::Budget;
 use crate::scene::error::Reason;
 
-/// The place relative URIs lead to.
+/// The place that relative URIs are resolved in.
 #[derive(Debug)]
 pub enum Files {
     /// A folder on disk, and whether URIs may lead out of it.
     Folder { folder: PathBuf, allow_outside: bool },
-    /// Files made in memory, by name: the built-in scenes, which thereby take the same path as all others.
+    /// Files in memory, by name. The built-in scenes use this, so that they are loaded by the same code as all others.
     Memory(BTreeMap<String, Vec<u8>>),
 }
 
-/// Changes when the same bytes become another scene than before: what is kept by a scene's hash is made again.
+/// Must be changed whenever the same bytes become another scene than before. It is part of a scene's hash, so
+/// everything that was stored under the old hash is then computed again.
 const READING: &[u8] = b"reading 2";
 
-/// Reads URIs and keeps the hash over what was read, in reading order.
+/// Reads URIs and hashes what was read, in the order of reading.
 pub struct Reader {
     files: Files,
     hash: Sha256,
@@ -45,17 +46,17 @@ impl Reader {
 
     /// Adds bytes that did not come through [`Reader::read`] to the hash.
     pub fn hash(&mut self, bytes: &[u8]) {
-        // The length keeps two files from hashing like one longer file.
+        // Hashing the length as well keeps two files from having the hash of one longer file.
         self.hash.update((bytes.len() as u64).to_le_bytes());
         self.hash.update(bytes);
     }
 
-    /// SHA-256 of everything so far, hex.
+    /// The SHA-256 of everything read so far, in hexadecimal.
     pub fn finish(self) -> String {
         self.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The bytes behind a glTF URI: a data URI or a relative path, percent-encoded.
+    /// The bytes that a glTF URI stands for: a data URI, or a percent-encoded relative path.
     pub fn read(&mut self, uri: &str) -> Result<Vec<u8>, Reason> {
         let bytes = if let Some(data) = uri.strip_prefix("data:") {
             decode_data_uri(data)?
@@ -92,27 +93,27 @@ impl Reader {
     }
 }
 
-/// Longer than any path that a system takes.
+/// The longest URI that is read, in bytes. No system takes a longer path.
 const LONGEST_URI: usize = 4096;
 
-/// Why a name is not a file of a folder.
+/// Why a file cannot be read from a folder.
 pub enum Refused {
-    /// It leads out of the folder: how.
+    /// The name leads out of the folder, in this way.
     Outside(&'static str),
-    /// The system does not find it.
+    /// The system does not find the file.
     Io(std::io::Error),
 }
 
-/// The sentence for what leads out of a scene's folder.
+/// The message about a name that leads out of a scene's folder.
 pub fn outside(what: &str, why: &str) -> Reason {
     format!(
         "{what} leads out of the scene's folder ({why}), and a scene reads nothing outside it unless --allow-outside is given"
     )
 }
 
-/// The real path of the file `name` of `folder`, with every symbolic link followed.
+/// The real path of the file `name` in `folder`, with all symbolic links resolved.
 pub fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refused> {
-    // Before the system is asked: a refusal tells nothing of what is outside.
+    // This is checked before the system is asked, so that a refusal does not reveal what exists outside.
     let mut depth = 0usize;
     for part in Path::new(name).components() {
         match part {
@@ -128,7 +129,7 @@ pub fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refused> {
     if path.starts_with(&root) { Ok(path) } else { Err(Refused::Outside("by a symbolic link")) }
 }
 
-/// `data:` was stripped: `[media type][;base64],payload`.
+/// Decodes what follows `data:` in a URI: `[media type][;base64],payload`.
 fn decode_data_uri(data: &str) -> Result<Vec<u8>, Reason> {
     let (head, payload) = data.split_once(',').ok_or("a data URI without a comma")?;
     if head.ends_with(";base64") { decode_base64(payload) } else { percent_decode(payload).map(String::into_bytes) }

@@ -1,21 +1,24 @@
-//! A view for scenes that bring none: three-quarter, slightly from above, filled by where the detail is.
+//! The default view of scenes that have none: a three-quarter view from slightly above, filled by the part with the
+//! most detail. Also the distance of the nearest content, which the loader and the renderer use.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::scene::{Instance, Primitive, View};
 
 const VERTICAL_FOV_DEG: f64 = 45.0;
-/// The image that the content should fill; wider windows show more at the sides.
+/// The image that the content should fill. Wider windows show more at the sides.
 const ASPECT: f64 = 16.0 / 9.0;
-/// Seen from the right of +Z, and from above.
+/// The viewer stands to the right of +Z by this angle and above the content by that one.
 const AZIMUTH_DEG: f64 = 30.0;
 const ELEVATION_DEG: f64 = 22.0;
-/// Share of the content left out on each side of each axis: far-off backdrops must not shrink the subject.
+/// Share of the content that is ignored at each end of each axis, so that distant backdrops do not make the subject
+/// small.
 const TRIMMED: f64 = 0.01;
-/// Share of the distance that would show every corner of the content's box.
+/// Share of the distance from which every corner of the content's box would be visible. The corners are mostly empty,
+/// so the view comes closer.
 const FILLED: f64 = 0.82;
-/// Eye separation over the nearest content's distance: 63 mm at 1.9 m. A file without cameras says nothing
-/// of its true size, so it is shown like a model held at a comfortable distance, whatever its units.
+/// Distance between the eyes over the distance of the nearest content: 63 mm at 1.9 m. A file without cameras does not
+/// reveal its true size. So it is shown like a model that is held at a comfortable distance, whatever its units are.
 const IPD_OVER_NEAREST: f64 = 1.0 / 30.0;
 
 /// The default view of a scene without cameras.
@@ -39,7 +42,7 @@ pub fn default_view(primitives: &[Primitive], instances: &[Instance]) -> View {
         distance = distance.max(needed + p.dot(back));
     }
     let size = half.length().max(1e-6);
-    // The box's corners are mostly empty.
+    // The corners of the box are mostly empty.
     let distance = (distance * FILLED).max(size * 0.5);
     let position = center + back * distance;
     let nearest = samples
@@ -58,7 +61,8 @@ pub fn default_view(primitives: &[Primitive], instances: &[Instance]) -> View {
     }
 }
 
-/// Triangle centres in the world, each weighted by √area: detail counts, and so does size.
+/// Centres of the triangles in the world, each weighted by the square root of its area. So both the amount of detail
+/// and its size count.
 fn samples(primitives: &[Primitive], instances: &[Instance]) -> Vec<(DVec3, f64)> {
     let mut out = Vec::new();
     for instance in instances {
@@ -98,7 +102,7 @@ fn trimmed_box(samples: &[(DVec3, f64)]) -> (DVec3, DVec3) {
     (low, high)
 }
 
-/// Distance along the view to the nearest triangle centre in front of it; 1 when there is none.
+/// Distance along the view's axis to the nearest triangle centre in front of the near plane; 1 when there is none.
 pub fn nearest(view: &View, primitives: &[Primitive], instances: &[Instance]) -> f64 {
     let forward = view.world_from_view * DVec3::NEG_Z;
     let depths = samples(primitives, instances).into_iter().map(|(p, _)| (p - view.position).dot(forward));
@@ -106,7 +110,7 @@ pub fn nearest(view: &View, primitives: &[Primitive], instances: &[Instance]) ->
     if nearest.is_finite() { nearest } else { 1.0 }
 }
 
-/// The box around instances in the world; a point at the origin when there are none.
+/// The box around instances in the world. It is a point at the origin when there are no instances.
 pub fn bounds<'a>(primitives: &[Primitive], instances: impl Iterator<Item = &'a Instance>) -> (DVec3, DVec3) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for instance in instances {

@@ -1,6 +1,7 @@
-//! glTF images → RGBA8 textures. An image used as colour and as data becomes two textures.
+//! Decodes glTF images to RGBA8 textures. An image that is used both as colour and as data becomes two textures. Called
+//! by the readers of materials.
 //!
-//! PNG and JPEG as the core format has them, WebP by `EXT_texture_webp`, KTX2 by `KHR_texture_basisu`.
+//! PNG and JPEG are read as in the core format, WebP by `EXT_texture_webp`, and KTX2 by `KHR_texture_basisu`.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -20,13 +21,14 @@ use super::limits::MOST_TEXEL_BYTES;
 use crate::scene::error::Reason;
 use crate::scene::{Texture, Wrap};
 
-/// 16 k a side is what Vulkan devices take at most.
+/// The longest side of an image: 16,384 texels is the most that Vulkan devices take.
 const MOST_WIDE: u32 = 16384;
 
-/// Extensions that name another image for a texture; the first that is there wins, then the core format's.
+/// Extensions that name another image for a texture. The first one that is present is used, and the core format's image
+/// if there is none.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
-/// A picture's texels; cheap to copy.
+/// The texels of an image. It is cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Decoded {
     pub width: u32,
@@ -35,7 +37,7 @@ pub struct Decoded {
 }
 
 impl Decoded {
-    /// The mean texel, 0 to 1; of a picture that is read as colour (`srgb`) the linear one.
+    /// The mean texel, 0 to 1. For an image that is read as colour (`srgb`) it is the mean in linear light.
     pub fn mean(&self, srgb: bool) -> Vec4 {
         let mut counts = [[0u64; 256]; 4];
         for texel in self.rgba8.chunks_exact(4) {
@@ -51,20 +53,20 @@ impl Decoded {
     }
 }
 
-/// An sRGB byte → linear, 0 to 1.
+/// The linear value of an sRGB byte, 0 to 1.
 pub fn linear(byte: u8) -> f32 {
     let x = f32::from(byte) / 255.0;
     if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
 }
 
-/// Linear → an sRGB byte.
+/// The sRGB byte of a linear value.
 pub fn encoded(x: f32) -> u8 {
     let x = x.clamp(0.0, 1.0);
     let y = if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 };
     (y * 255.0).round() as u8
 }
 
-/// Textures asked for so far, each decoded once.
+/// The textures that were asked for so far. Each image is decoded once.
 pub struct Textures {
     pub list: Vec<Texture>,
     slots: BTreeMap<(usize, bool), usize>,
@@ -72,7 +74,7 @@ pub struct Textures {
     budget: Budget,
 }
 
-/// An image and its number in the document.
+/// A decoded image and its index in the document.
 struct Image {
     source: usize,
     decoded: Decoded,
@@ -101,7 +103,7 @@ impl Textures {
         Ok(self.image(buffers, reader, index)?.decoded)
     }
 
-    /// A texture of texels made at load, sampled as glTF texture `like` is.
+    /// Adds a texture with texels that were computed at load. It is sampled like glTF texture `like`.
     pub fn made(
         &mut self,
         buffers: &Buffers,
@@ -152,7 +154,7 @@ impl Textures {
     }
 }
 
-/// Which image a texture shows.
+/// The index of the image that a texture shows.
 fn source(texture: &JsonTexture, images: usize) -> Result<usize, Reason> {
     let others = texture.extensions.as_ref().map(|e| &e.others);
     let named = others.and_then(|o| SOURCES.iter().find_map(|name| o.get(*name)?.get("source")?.as_u64()));
@@ -181,7 +183,7 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
         (None, Some(view)) => buffers.view(view.value())?.to_vec(),
         (None, None) => return Err("has neither a uri nor a bufferView".to_owned()),
     };
-    // The bytes decide, not the name: exporters write wrong media types.
+    // The bytes decide about the format, not the name: exporters write wrong media types.
     if basis::is_ktx2(&bytes) {
         let (width, height, texels) = basis::decode(&bytes, MOST_WIDE)?;
         return Ok(Decoded { width, height, rgba8: Arc::new(texels) });

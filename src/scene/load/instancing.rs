@@ -1,4 +1,4 @@
-//! `EXT_mesh_gpu_instancing`: one node's mesh at many places.
+//! `EXT_mesh_gpu_instancing`: the places of a node's mesh that is drawn many times. Called for each node of a document.
 
 use std::collections::BTreeMap;
 
@@ -13,16 +13,18 @@ use crate::scene::error::Reason;
 
 pub const NAME: &str = "EXT_mesh_gpu_instancing";
 
-/// More instances than are drawn in reasonable time: each is a draw of its own.
+/// The most instances that are read. More would not be drawn in reasonable time, because each is a draw call of its
+/// own.
 pub const MOST_INSTANCES: usize = 1 << 16;
 
-/// The extension's object in a node; attributes of other names say nothing about places.
+/// The extension's object in a node. Attributes with other names than the extension's do not say anything about places.
 #[derive(Debug, Deserialize)]
 struct Places {
     attributes: BTreeMap<String, serde_json::Value>,
 }
 
-/// Each instance's place within the node; `None` when the node has no such extension. `left`: how many may follow.
+/// The place of each instance within the node; `None` when the node does not have the extension. `left` is how many
+/// instances may still be added.
 pub fn places(buffers: &Buffers, node: &Node, left: usize) -> Result<Option<Vec<DAffine3>>, Reason> {
     let Some(value) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(None) };
     read(buffers, value, left).map(Some).map_err(|reason| format!("{NAME}: {reason}"))

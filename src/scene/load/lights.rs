@@ -1,4 +1,4 @@
-//! Lights of a manifest, and what a manifest says of the lights of a glTF.
+//! The lights of a manifest, and what a manifest adds to the lights of its glTF. Called by the loader.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use crate::scene::error::Reason;
 use crate::scene::manifest::{EnvironmentSpec, FileLightSpec, LightSpec, Manifest};
 use crate::scene::{Light, LightSource};
 
-/// The manifest's own lights, checked; those of the glTF get what the manifest says of them.
+/// The manifest's own lights, checked. The lights of the glTF get what the manifest says about them.
 pub fn of_manifest(manifest: &Manifest, document: &mut Document) -> Result<Vec<Light>, Reason> {
     shape_those_of_file(document, &manifest.file_lights)?;
     if let Some(EnvironmentSpec::Sky(sky)) = &manifest.environment {
@@ -18,7 +18,7 @@ pub fn of_manifest(manifest: &Manifest, document: &mut Document) -> Result<Vec<L
     manifest.lights.iter().enumerate().map(checked).collect()
 }
 
-/// A light of the manifest, checked.
+/// Checks a light of the manifest and makes it one of the scene.
 fn light(spec: &LightSpec) -> Result<Light, Reason> {
     let range = |range: Option<f32>| match range {
         None => Ok(f32::INFINITY),
@@ -61,7 +61,7 @@ fn light(spec: &LightSpec) -> Result<Light, Reason> {
     })
 }
 
-/// Half of a directional light's whole angle, radians.
+/// Half of the whole angle of a directional light, radians.
 fn half_angle(angle_deg: f32) -> Result<f32, Reason> {
     match (0.0..=90.0).contains(&angle_deg) {
         true => Ok((0.5 * angle_deg).to_radians()),
@@ -76,7 +76,7 @@ fn radius(radius_m: f32) -> Result<f32, Reason> {
     }
 }
 
-/// Gives the lights of a glTF what only the manifest can say of them.
+/// Gives the lights of a glTF the properties that only a manifest can state.
 fn shape_those_of_file(document: &mut Document, specs: &[FileLightSpec]) -> Result<(), Reason> {
     for spec in specs {
         let fail = |reason: String| format!("file_lights `{}`: {reason}", spec.name);

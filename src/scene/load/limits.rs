@@ -1,15 +1,15 @@
-//! How many parts a scene may have. Asked before anything is made of the file's text: parts of three bytes become
-//! structures of hundreds, and what is said of each part names it.
+//! How many parts a scene may have. The limits are checked before the file's text is parsed: a part of three bytes
+//! becomes a structure of hundreds, and every message about a part contains its name.
 
 use gltf::json::Root;
 
 use crate::scene::error::Reason;
 use crate::scene::manifest::Manifest;
 
-/// Texels of one picture, unpacked: what the crate for PNG and JPEG allows, too.
+/// The most bytes of one decoded image. The crate for PNG and JPEG has the same limit.
 pub const MOST_TEXEL_BYTES: u64 = 512 << 20;
 
-/// Of a glTF's JSON; what is large belongs into a `.bin` or a `.glb`.
+/// The most bytes of a glTF's JSON. Large data belongs into a `.bin` or a `.glb`.
 const MOST_JSON: usize = 512 << 20;
 const MOST_OBJECTS: usize = 1 << 20;
 const MOST_VALUES: usize = 1 << 24;
@@ -17,18 +17,19 @@ const MOST_VALUES: usize = 1 << 24;
 /// In bytes.
 const LONGEST_NAME: usize = 4096;
 
-/// Nodes from a root down.
+/// The most levels of the node tree, counted from a root.
 pub const MOST_DEPTH: usize = 1024;
 pub const MOST_VIEWS: usize = 4096;
 pub const MOST_LIGHTS: usize = 4096;
 
-/// Placed primitives, each a draw of its own.
+/// The most placed primitives. Each is a draw call of its own.
 pub const MOST_PLACED: usize = 1 << 18;
 
-/// Entries of a manifest's list.
+/// The most entries of a list in a manifest.
 const MOST_LISTED: usize = 1024;
 
-/// Counts objects and values without reading them. What is no JSON at all is found by whoever reads it.
+/// Counts the objects and values of a JSON text without parsing it. Text that is not JSON at all is left for the parser
+/// to find.
 pub fn json(text: &[u8]) -> Result<(), Reason> {
     if text.len() > MOST_JSON {
         return Err(format!("its JSON has {} bytes; at most {MOST_JSON} are read", text.len()));
@@ -52,7 +53,7 @@ pub fn json(text: &[u8]) -> Result<(), Reason> {
     Ok(())
 }
 
-/// Names stand in sentences, and one name in many of them.
+/// Checks the lengths of names, because names stand in messages, and one name may stand in many of them.
 pub fn names(root: &Root) -> Result<(), Reason> {
     fn check<T>(what: &str, list: &[T], name: impl Fn(&T) -> &Option<String>) -> Result<(), Reason> {
         for (i, of) in list.iter().enumerate() {
@@ -73,7 +74,7 @@ pub fn names(root: &Root) -> Result<(), Reason> {
     check("lights", lights.map_or(&[], |l| &l.lights), |x| &x.name)
 }
 
-/// Each of a manifest's entries is looked for among all of its glTF's.
+/// Checks the lengths of a manifest's lists, because each entry is looked up among all parts of its glTF.
 pub fn manifest(manifest: &Manifest) -> Result<(), Reason> {
     let m = manifest;
     for (what, count) in [
@@ -102,7 +103,7 @@ mod tests {
         assert!(json(many.as_bytes()).expect_err("refused").contains("objects; at most 1048576"));
         let many = "0,".repeat(MOST_VALUES);
         assert!(json(many.as_bytes()).expect_err("refused").contains("values; at most 16777216"));
-        // Within a string nothing counts, closed or not.
+        // Nothing inside a string is counted, whether the string is closed or not.
         let quoted = format!("\"{}", "{".repeat(MOST_OBJECTS + 1));
         assert_eq!(json(quoted.as_bytes()), Ok(()));
     }

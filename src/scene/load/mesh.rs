@@ -1,4 +1,5 @@
-//! One glTF primitive → a triangle list in f32, posed: attributes, morph targets, skin, strips and fans.
+//! Reads one glTF primitive into a posed triangle list in f32: attributes, morph targets, skin, strips and fans. Called
+//! for each primitive that a document places.
 
 use glam::{DAffine3, DMat3, DMat4, Mat3, Vec2, Vec3, Vec4};
 use gltf::json::Index;
@@ -9,10 +10,10 @@ use super::accessor::Buffers;
 use super::triangle_list::Mesh;
 use crate::scene::error::Reason;
 
-/// The joints' matrices of a skin: object space (bind pose) → the space that the mesh is placed in.
+/// The joint matrices of a skin: from object space (bind pose) to the space that the mesh is placed in.
 pub type Joints = [DMat4];
 
-/// Reads a primitive; `Ok(None)` for points and lines.
+/// Reads a primitive; `Ok(None)` for points and lines, which are not drawn.
 pub fn read(
     buffers: &Buffers,
     primitive: &JsonPrimitive,
@@ -143,7 +144,7 @@ fn skin(buffers: &Buffers, primitive: &JsonPrimitive, joints: &Joints, mesh: &mu
         }
     }
     for i in 0..count {
-        // A vertex without weights keeps its bind pose; weights that do not sum to 1 are scaled.
+        // A vertex without weights keeps its bind pose. Weights that do not sum to 1 are normalised.
         let Some(matrix) = (total[i] > 0.0).then(|| blended[i] * (1.0 / total[i])) else { continue };
         let affine = DAffine3::from_mat4(matrix);
         mesh.positions[i] = affine.transform_point3(mesh.positions[i].as_dvec3()).as_vec3();
@@ -158,12 +159,12 @@ fn skin(buffers: &Buffers, primitive: &JsonPrimitive, joints: &Joints, mesh: &mu
     Ok(())
 }
 
-/// The cofactor matrix: turns normals like the inverse transpose, and exists for singular matrices too.
+/// The cofactor matrix. It transforms normals as the inverse transpose does, and exists for singular matrices as well.
 fn normal_matrix(m: DMat3) -> Mat3 {
     DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)).as_mat3()
 }
 
-/// Lists, strips and fans (glTF 2.0 §3.7.2.1) as a list with the winding kept.
+/// Triangles of lists, strips and fans (glTF 2.0 §3.7.2.1) as a triangle list with the same winding.
 fn triangles(mode: Mode, listed: &[u32]) -> Vec<u32> {
     match mode {
         Mode::TriangleStrip => (0..listed.len().saturating_sub(2))
@@ -176,7 +177,8 @@ fn triangles(mode: Mode, listed: &[u32]) -> Vec<u32> {
     }
 }
 
-/// The mirror image in x of a mesh, for placements that mirror: winding and handedness turn with it.
+/// Mirrors a mesh in x, for placements that mirror it. The winding and the handedness of the tangents are reversed with
+/// it.
 pub fn mirror(mesh: &mut crate::scene::Primitive) {
     let flip = |v: &mut Vec3| v.x = -v.x;
     mesh.positions.iter_mut().for_each(flip);

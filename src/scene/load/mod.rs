@@ -1,4 +1,4 @@
-//! A name or a path → a complete [`Scene`].
+//! Loads a complete [`Scene`] from a built-in name, a path or bytes.
 
 mod accessor;
 mod assemble;
@@ -40,17 +40,18 @@ use files::{Reader, Refused};
 /// How a scene is loaded.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Loading {
-    /// Instead of what a built-in's manifest says (0.01–4); other geometry ignores it.
+    /// Scales the triangle count of built-in geometry (0.01–4), in place of what the manifest says. Other geometry
+    /// ignores it.
     pub detail: Option<f64>,
-    /// What a glTF and its side-car name may lie outside the glTF's folder.
+    /// Whether the files that a glTF and its side-car name may lie outside the glTF's folder.
     pub allow_outside: bool,
 }
 
 /// Loads a scene: a built-in name, a manifest (`.json`), or a `.gltf`/`.glb`.
 ///
-/// A glTF with a side-car `NAME.cyclopean.json` beside it is loaded through that manifest; one without gets the
-/// default sky and, when it brings no camera, a view that frames where its detail is. What a glTF names is read from
-/// its own folder alone; a manifest that the caller names may itself name files anywhere.
+/// A glTF with a side-car `NAME.cyclopean.json` beside it is loaded through that manifest. A glTF without one gets the
+/// default sky and, when it has no camera, a view that frames the part with the most detail. The files that a glTF
+/// names are read only from its own folder. A manifest that the caller names may name files anywhere.
 ///
 /// # Errors
 /// [`SceneError`] that names the file and the place in it: an unknown name, a missing or broken file, a required
@@ -59,7 +60,7 @@ pub fn load(source: &str) -> Result<Scene, SceneError> {
     load_with(source, Loading::default())
 }
 
-/// [`load`] as `loading` says.
+/// As [`load`], with the options in `loading`.
 ///
 /// # Errors
 /// As [`load`].
@@ -90,7 +91,7 @@ pub fn load_with(source: &str, loading: Loading) -> Result<Scene, SceneError> {
     }
 }
 
-/// A glTF already in memory, as `load` would read it without a side-car; `name` is the scene's.
+/// Loads a glTF that is already in memory, as [`load`] would without a side-car. `name` becomes the scene's name.
 ///
 /// # Errors
 /// As [`load`].
@@ -138,7 +139,7 @@ fn from_manifest(
     }
     let map = match &manifest.environment {
         Some(super::manifest::EnvironmentSpec::Map(map)) => {
-            // A side-car comes with its glTF, unnamed, and so follows its rule.
+            // A side-car is found beside its glTF without being named, so it follows the rule of the glTF.
             let path = match sidecar_of {
                 Some(_) if !loading.allow_outside => beside(folder, &map.file).map_err(invalid)?,
                 _ => folder.join(&map.file),
@@ -159,7 +160,7 @@ fn reader_of(folder: &Path, loading: Loading) -> Reader {
     Reader::new(Files::Folder { folder: folder.to_owned(), allow_outside: loading.allow_outside })
 }
 
-/// The file that a side-car names for its environment.
+/// The path of the environment file that a side-car names.
 fn beside(folder: &Path, name: &str) -> Result<PathBuf, Reason> {
     files::inside(folder, name).map_err(|refused| match refused {
         Refused::Outside(why) => files::outside(&format!("environment `{name}`"), why),

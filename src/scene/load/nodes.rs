@@ -1,4 +1,4 @@
-//! The node tree in f64: who stands where, in file order.
+//! Resolves the node tree of a glTF in f64: which nodes are in the scene, and where. Called when a document is read.
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::json::Root;
@@ -7,7 +7,7 @@ use gltf::json::scene::Node;
 use super::limits::MOST_DEPTH;
 use crate::scene::error::Reason;
 
-/// Hides a node with all below it.
+/// Name of the extension that hides a node and all nodes below it.
 pub const VISIBILITY: &str = "KHR_node_visibility";
 
 /// A node reached from the scene's roots.
@@ -16,13 +16,14 @@ pub struct Placed {
     /// Index in the document.
     pub node: usize,
     pub world_from_node: DAffine3,
-    /// The place of its parent among the placed nodes, which comes before its own; none for a root.
+    /// Index of its parent among the placed nodes, where it comes before its children; `None` for a root.
     pub parent: Option<usize>,
-    /// Neither it nor a node above it is hidden.
+    /// Whether neither this node nor any node above it is hidden.
     pub visible: bool,
 }
 
-/// All nodes of the default scene (else the first, else all roots), parents before children.
+/// All nodes of the default scene, parents before children. Without a default scene it is the first scene; without any
+/// scene it is all nodes from the roots down.
 pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
     let scene = root.scene.map_or(0, |s| s.value());
     let tops: Vec<usize> = match root.scenes.get(scene) {
@@ -31,7 +32,7 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
     };
     let mut seen = vec![false; root.nodes.len()];
     let mut out: Vec<Placed> = Vec::new();
-    // A node, its parent's place in `out`, and how many nodes are above it.
+    // A node, its parent's index in `out`, and the number of nodes above it.
     let mut stack: Vec<(usize, Option<usize>, usize)> = tops.into_iter().rev().map(|node| (node, None, 0)).collect();
     while let Some((index, parent, above)) = stack.pop() {
         let node = root.nodes.get(index).ok_or_else(|| format!("nodes[{index}] does not exist"))?;

@@ -1,11 +1,13 @@
-//! Hazards of a mesh mended once, at load: degenerate triangles, missing or zero normals and tangents.
+//! Repairs a mesh once, at load: degenerate triangles, and missing or zero normals and tangents. Called for each mesh
+//! of a document.
 
 use glam::Vec3;
 
 use super::tangents;
 use super::triangle_list::Mesh;
 
-/// Mends `mesh` in place and says what was done, without the mesh's name; `normal_map`: its material has one.
+/// Repairs `mesh` in place and returns what was done, one sentence each, without the mesh's name. `normal_map_uv` is
+/// the UV set of its material's normal map, if it has one.
 pub fn mend(mesh: &mut Mesh, normal_map_uv: Option<u32>) -> Vec<String> {
     let mut said = Vec::new();
     drop_degenerate(mesh, &mut said);
@@ -29,7 +31,7 @@ fn drop_degenerate(mesh: &mut Mesh, said: &mut Vec<String>) {
     mesh.indices = kept;
 }
 
-/// Area-weighted (twice the area long) in f64; none when the triangle has no area.
+/// The normal of a triangle in f64, of a length of twice its area; `None` when the triangle has no area.
 fn face_normal(positions: &[Vec3], t: &[u32]) -> Option<glam::DVec3> {
     let [a, b, c] = [t[0], t[1], t[2]].map(|i| positions[i as usize].as_dvec3());
     let normal = (b - a).cross(c - a);
@@ -38,7 +40,7 @@ fn face_normal(positions: &[Vec3], t: &[u32]) -> Option<glam::DVec3> {
 
 fn mend_normals(mesh: &mut Mesh, said: &mut Vec<String>) {
     if mesh.normals.is_empty() {
-        // glTF 2.0 §3.7.2.1: flat normals, and given tangents are ignored.
+        // glTF 2.0 §3.7.2.1: without normals, flat ones are used and the file's tangents are ignored.
         let corners = std::mem::take(&mut mesh.indices);
         *mesh = mesh.gather(&corners);
         mesh.tangents.clear();

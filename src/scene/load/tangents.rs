@@ -1,4 +1,5 @@
-//! Tangent frames: MikkTSpace where a normal map needs the baker's frame, any orthonormal one elsewhere.
+//! Tangent frames for the repair of meshes: MikkTSpace where a normal map needs the frame that it was baked with, and
+//! any orthonormal frame elsewhere.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +8,12 @@ use glam::{Vec3, Vec4};
 
 use super::triangle_list::Mesh;
 
-/// A unit tangent orthogonal to the unit normal, chosen without branches at the poles' mercy.
+/// A unit tangent that is orthogonal to the unit normal. It is well defined for every normal, the poles included.
 pub fn any(normal: Vec3) -> Vec4 {
     normal.any_orthonormal_vector().extend(1.0)
 }
 
-/// `tangent` made unit and orthogonal to the unit normal; none when that leaves nothing.
+/// `tangent` made orthogonal to the unit normal and normalised; `None` when nothing is left of it.
 pub fn against(tangent: Vec3, normal: Vec3) -> Option<Vec3> {
     let flat = tangent - normal * normal.dot(tangent);
     (flat.is_finite() && flat.length_squared() > 1e-12 * tangent.length_squared()).then(|| flat.normalize())
@@ -49,7 +50,7 @@ impl Geometry for Corners<'_> {
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uv = if self.uv_set == 1 { &self.mesh.uv1 } else { &self.mesh.uv0 };
-        // glTF's v grows downwards, the algorithm's upwards.
+        // glTF's v grows downwards, and that of the algorithm upwards.
         uv.get(self.vertex(face, corner)).map_or([0.0, 0.0], |uv| [uv.x, 1.0 - uv.y])
     }
 
@@ -58,10 +59,10 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Gives `mesh` MikkTSpace tangents of the UV set; a vertex whose corners disagree is split.
+/// Gives `mesh` MikkTSpace tangents for this UV set. A vertex whose corners have different tangents is split.
 pub fn generate(mesh: &mut Mesh, uv_set: u32) {
     let mut corners = Corners { mesh, uv_set, tangents: vec![None; mesh.indices.len()] };
-    // Fails only when memory runs out; the arbitrary frames below then stand in.
+    // This fails only when memory runs out. Corners without a tangent then get an arbitrary frame below.
     let _ = bevy_mikktspace::generate_tangents(&mut corners);
     let given = corners.tangents;
     let mut seen: BTreeMap<(u32, [u32; 4]), u32> = BTreeMap::new();

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// A triangle list on its way to a [`crate::scene::Primitive`].
+/// A triangle list before it becomes a [`crate::scene::Primitive`].
 #[derive(Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
@@ -17,7 +17,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The mesh with its vertices copied in the order of `from` (indices into the old vertices).
+    /// A mesh whose vertex i is this mesh's vertex `from[i]`.
     pub fn gather(&self, from: &[u32]) -> Mesh {
         fn pick<T: Copy>(of: &[T], from: &[u32]) -> Vec<T> {
             if of.is_empty() { Vec::new() } else { from.iter().map(|i| of[*i as usize]).collect() }

@@ -1,19 +1,20 @@
-//! Is a mesh closed? Only then do its back faces bound matter.
+//! Tells whether a mesh is closed. Only the back faces of closed meshes bound matter. Called when a document is read.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 
-/// Every edge between welded vertices (equal position bits) has two triangles that run it in opposite directions.
+/// Whether every edge between welded vertices (equal position bits) belongs to exactly two triangles, which run along
+/// it in opposite directions.
 ///
-/// Triangles with two welded corners have no area and cannot open anything: they are passed over.
+/// Triangles with two welded corners have no area and cannot open a mesh, so they are ignored.
 /// An empty mesh is not closed.
 pub fn is_closed(positions: &[Vec3], indices: &[u32]) -> bool {
     let mut ids: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let welded: Vec<u32> = positions
         .iter()
         .map(|p| {
-            // −0 and +0 are one place.
+            // −0 and +0 are the same place.
             let key = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
             let next = ids.len() as u32;
             *ids.entry(key).or_insert(next)
@@ -31,7 +32,7 @@ pub fn is_closed(positions: &[Vec3], indices: &[u32]) -> bool {
         }
     }
     edges.sort_unstable();
-    // Sorted, each edge's two uses are neighbours: (edge, false), (edge, true), and no third.
+    // After sorting, the two uses of each edge are neighbours: (edge, false), then (edge, true), and no third one.
     !edges.is_empty()
         && edges.len().is_multiple_of(2)
         && edges.chunks_exact(2).all(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1)

@@ -1,9 +1,9 @@
-//! `KHR_materials_clearcoat`, approximated: a surface here has one highlight, so the stronger of two is drawn.
+//! `KHR_materials_clearcoat`, approximated. A surface here has only one highlight, so the stronger of the two is drawn.
 //!
 //! The coat reflects 0.04 · strength at normal incidence. Where that is at least half of what the surface below
-//! reflects, the coat is what people see mirrored: its reflectance and roughness replace those of the surface below,
-//! whose highlight, rough and as weak, is left out. Over metal the coat adds a few per cent to a strong reflection:
-//! there the coat is left out. Textures of strength and roughness count with their mean.
+//! reflects, the coat is what people see mirrored. Its reflectance and roughness then replace those of the surface
+//! below, whose own rough and similarly weak highlight is left out. Over metal the coat would add a few per cent to a
+//! strong reflection, so there the coat is left out. Textures of strength and roughness are replaced by their mean.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ struct Coat {
     clearcoat_normal_texture: Option<serde_json::Value>,
 }
 
-/// Changes `material`, read without its coat, to show what is stronger.
+/// Changes `material`, which was read without its coat, to show the stronger of the two highlights.
 pub fn apply(slots: &mut Slots, json: &JsonMaterial, material: &mut Material) -> Result<(), Reason> {
     let Some(value) = json.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(()) };
     let coat = Coat::deserialize(value).map_err(|error| format!("{NAME}: {error}"))?;
@@ -58,7 +58,7 @@ pub fn apply(slots: &mut Slots, json: &JsonMaterial, material: &mut Material) ->
     material.dielectric_f0 = Vec3::splat(COAT_F0 * strength);
     material.roughness = roughness;
     if let (Some(info), Some(slot)) = (&pbr.metallic_roughness_texture, material.metallic_roughness_texture.take()) {
-        // What is metal stays so; the roughness is the coat's everywhere.
+        // The metallic channel stays; the roughness becomes that of the coat everywhere.
         let texels = slots.textures.texels(slots.buffers, slots.reader, info.index.value())?;
         let mut rgba8 = texels.rgba8.to_vec();
         rgba8.chunks_exact_mut(4).for_each(|texel| texel[1] = 255);

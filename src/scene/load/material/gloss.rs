@@ -1,7 +1,8 @@
-//! `KHR_materials_pbrSpecularGlossiness` → metal and roughness.
+//! `KHR_materials_pbrSpecularGlossiness`, converted to the metallic-roughness model.
 //!
-//! Without a specular texture nothing is lost: the specular colour is the reflectance of a dielectric here. With one,
-//! each texel is converted as in the extension's own example of a conversion, whose constants are these.
+//! Without a specular texture nothing is lost: the specular colour becomes the dielectric reflectance. With one, each
+//! texel is converted as in the conversion example of the extension's specification, from which the constants are
+//! taken.
 
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ use crate::scene::{Material, TextureRef};
 
 pub const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
 
-/// What a dielectric reflects in the metallic-roughness model.
+/// Reflectance of a dielectric in the metallic-roughness model.
 const DIELECTRIC: f32 = 0.04;
 
 #[derive(Debug, Deserialize)]
@@ -43,7 +44,7 @@ impl Default for Gloss {
     }
 }
 
-/// Replaces the core format's surface of `material` by the extension's.
+/// Replaces the surface that the core format describes by the one that the extension describes.
 pub fn apply(slots: &mut Slots, json: &JsonMaterial, material: &mut Material) -> Result<(), Reason> {
     let Some(value) = json.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(()) };
     let gloss = Gloss::deserialize(value).map_err(|error| format!("{NAME}: {error}"))?;
@@ -71,7 +72,8 @@ pub fn apply(slots: &mut Slots, json: &JsonMaterial, material: &mut Material) ->
     Ok(())
 }
 
-/// Two textures made of the extension's two; the factors go into the texels.
+/// Makes two textures of the metallic-roughness model from the extension's two. The factors are multiplied into the
+/// texels.
 fn converted(
     slots: &mut Slots,
     gloss: &Gloss,
@@ -90,7 +92,7 @@ fn converted(
         .map_or((shiny.width, shiny.height), |c| (c.width.max(shiny.width), c.height.max(shiny.height)));
     let linear: [f32; 256] = std::array::from_fn(|byte| linear(byte as u8));
     let read = |image: &Decoded, x: u32, y: u32| {
-        // The nearest texel where the two differ in size.
+        // The nearest texel, where the two images differ in size.
         let (x, y) = (u64::from(x) * u64::from(image.width), u64::from(y) * u64::from(image.height));
         let at = y / u64::from(height) * u64::from(image.width) + x / u64::from(width);
         let texel = &image.rgba8[at as usize * 4..at as usize * 4 + 4];
@@ -125,7 +127,7 @@ fn converted(
     Ok(())
 }
 
-/// Base colour and metal that look like a diffuse and a specular colour.
+/// The base colour and metallic factor that look like this diffuse and this specular colour.
 fn metallic(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
     let rest = 1.0 - specular.max_element();
     let metal = solve(brightness(diffuse), brightness(specular), rest);
@@ -134,7 +136,7 @@ fn metallic(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
     (from_diffuse.lerp(from_specular, metal * metal).clamp(Vec3::ZERO, Vec3::ONE), metal)
 }
 
-/// The root of the quadratic that both models' brightness agree on.
+/// The metallic factor at which both models have the same brightness: the root of a quadratic equation.
 fn solve(diffuse: f32, specular: f32, rest: f32) -> f32 {
     if specular < DIELECTRIC {
         return 0.0;

@@ -1,4 +1,5 @@
-//! glTF materials → [`Material`]: metallic-roughness with the extensions that change what a reflection sees.
+//! Reads glTF materials into [`Material`]: the metallic-roughness model with those extensions that change what is seen
+//! in a reflection. Called when a document is read.
 
 mod coat;
 mod gloss;
@@ -18,7 +19,7 @@ use crate::scene::error::Reason;
 use crate::scene::manifest::MaterialSpec;
 use crate::scene::{Alpha, Material, TextureRef};
 
-/// What a primitive without a material gets (glTF 2.0 §3.7.2.1).
+/// The material of a primitive that names none (glTF 2.0 §3.7.2.1).
 pub fn default_material() -> Material {
     Material {
         name: "default".to_owned(),
@@ -39,7 +40,7 @@ pub fn default_material() -> Material {
     }
 }
 
-/// Gives the materials of a glTF what only the manifest can say of them.
+/// Gives the materials of a glTF the properties that only a manifest can state.
 pub fn shape_those_of_file(materials: &mut [Material], specs: &[MaterialSpec]) -> Result<(), Reason> {
     for spec in specs {
         let mut named = materials.iter_mut().filter(|m| m.name == spec.name).peekable();
@@ -51,10 +52,10 @@ pub fn shape_those_of_file(materials: &mut [Material], specs: &[MaterialSpec]) -
     Ok(())
 }
 
-/// Its surfaces emit their base colour and answer to no light.
+/// Name of the extension whose surfaces emit their base colour and are not lit.
 pub const UNLIT: &str = "KHR_materials_unlit";
 
-/// Reads one material; `notes` takes what had to be left out, without the material's name.
+/// Reads one material. Sentences about what had to be left out are added to `notes`, without the material's name.
 pub fn read(
     buffers: &Buffers,
     reader: &mut Reader,
@@ -75,12 +76,12 @@ pub fn read(
     Ok(material)
 }
 
-/// The material answers to no light.
+/// Whether the material is not lit.
 pub fn is_unlit(json: &JsonMaterial) -> bool {
     json.extensions.as_ref().is_some_and(|e| e.others.contains_key(UNLIT))
 }
 
-/// Metal and roughness with what changes them; an unlit material only needs its base colour.
+/// Reads the metallic-roughness model and the extensions that change it. An unlit material only needs its base colour.
 fn core(slots: &mut Slots, json: &JsonMaterial) -> Result<Material, Reason> {
     let pbr = &json.pbr_metallic_roughness;
     let lit = !is_unlit(json);
@@ -91,7 +92,7 @@ fn core(slots: &mut Slots, json: &JsonMaterial) -> Result<Material, Reason> {
         slots.notes.push("its transmission texture is not used, only the factor".to_owned());
     }
     let base_color = finite4(Vec4::from_array(pbr.base_color_factor.0), Vec4::ONE).clamp(Vec4::ZERO, Vec4::ONE);
-    // A surface by specular and glossiness brings its own base colour.
+    // A surface of the specular-glossiness extension has its own base colour.
     let glossy = extensions.is_some_and(|e| e.others.contains_key(gloss::NAME));
     let mut material = Material {
         name: json.name.clone().unwrap_or_default(),
@@ -139,7 +140,8 @@ fn normal_texture(slots: &mut Slots, json: &JsonMaterial) -> Result<Option<Textu
     Ok(Some(TextureRef { texture, uv_set, transform }))
 }
 
-/// The reflectance that index of refraction and `KHR_materials_specular` ask for; of its textures the mean.
+/// The reflectance that follows from the index of refraction and `KHR_materials_specular`. Of its textures only the
+/// mean is used.
 fn specular_f0(slots: &mut Slots, json: &JsonMaterial) -> Result<Vec3, Reason> {
     let extensions = json.extensions.as_ref().filter(|_| !is_unlit(json));
     let ior = extensions.and_then(|e| e.ior.as_ref()).map_or(1.5, |e| e.ior.0);
@@ -154,18 +156,18 @@ fn specular_f0(slots: &mut Slots, json: &JsonMaterial) -> Result<Vec3, Reason> {
     Ok(dielectric_f0(ior, Vec3::from_array(specular.specular_color_factor.0) * color, strength))
 }
 
-/// The base colour emitted, the surface as black as the shading model allows.
+/// Makes a material emit its base colour, and makes its surface as black as the shading model allows.
 fn unlit(material: &mut Material) {
     material.emissive = material.base_color.truncate();
     material.emissive_texture = material.base_color_texture.clone();
-    // The alpha stays, and the texture for its sake: it decides what is cut out.
+    // The alpha stays, and the texture stays for its alpha channel: they decide what is cut out.
     material.base_color = Vec3::ZERO.extend(material.base_color.w);
     (material.metallic, material.roughness, material.dielectric_f0) = (0.0, 1.0, Vec3::ZERO);
 }
 
 /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · colour, 1) · factor.
 ///
-/// An ior of 0 is the extension's way to say "metal-like": reflectance 1.
+/// An ior of 0 is the extension's way to say "like metal": the reflectance is 1.
 pub fn dielectric_f0(ior: f32, specular_color: Vec3, specular: f32) -> Vec3 {
     let ior = if ior.is_finite() { ior.max(0.0) } else { 1.5 };
     let ratio = if ior == 0.0 { 1.0 } else { (ior - 1.0) / (ior + 1.0) };

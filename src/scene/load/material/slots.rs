@@ -1,4 +1,4 @@
-//! A material's textures on their way into the scene, with where sentences about them go.
+//! Resolves the textures of one material while it is read, and collects the notes about them.
 
 use glam::{Mat3, Vec3, Vec4};
 use gltf::json::extensions::texture::TextureTransform;
@@ -10,7 +10,7 @@ use crate::scene::load::accessor::Buffers;
 use crate::scene::load::files::Reader;
 use crate::scene::load::image::Textures;
 
-/// What one material reads through and writes to.
+/// What is needed to read one material: the sources that it reads from, and the lists that it adds to.
 pub struct Slots<'a> {
     pub buffers: &'a Buffers,
     pub reader: &'a mut Reader,
@@ -38,13 +38,14 @@ impl Slots<'_> {
         self.placed(info.tex_coord, transform)
     }
 
-    /// The same of a texture slot whose own set is `tex_coord`.
+    /// As [`Slots::mapping`], for a texture slot whose own UV set is `tex_coord`.
     pub fn placed(&mut self, tex_coord: u32, transform: Option<&TextureTransform>) -> (u32, Mat3) {
         let set = transform.and_then(|t| t.tex_coord).unwrap_or(tex_coord);
         (self.known_set(set), matrix(transform))
     }
 
-    /// The mean texel of a slot that only its mean stands in for; white when it is empty.
+    /// The mean texel of a texture that is not sampled here and that only its mean stands in for; white when the slot
+    /// is empty.
     pub fn mean(&mut self, info: &Option<Info>, srgb: bool) -> Result<Vec4, Reason> {
         let Some(info) = info else { return Ok(Vec4::ONE) };
         Ok(self.textures.texels(self.buffers, self.reader, info.index.value())?.mean(srgb))
@@ -59,7 +60,7 @@ impl Slots<'_> {
     }
 }
 
-/// uv' = T(offset) · R(rotation) · S(scale), as the extension defines them.
+/// The matrix of a texture transform: uv' = T(offset) · R(rotation) · S(scale), as the extension defines it.
 fn matrix(transform: Option<&TextureTransform>) -> Mat3 {
     let Some(t) = transform else { return Mat3::IDENTITY };
     let (sin, cos) = t.rotation.0.sin_cos();

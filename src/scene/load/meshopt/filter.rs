@@ -1,8 +1,8 @@
-//! What was done to attributes before they were compressed, undone: the extensions' filters.
+//! The filters of the meshopt extensions: they undo what was done to attributes before these were compressed.
 
 use crate::scene::error::Reason;
 
-/// Applies the filter to elements of `stride` bytes in place.
+/// Applies the filter of this name, in place, to elements of `stride` bytes.
 pub fn apply(name: &str, stride: usize, elements: &mut [u8]) -> Result<(), Reason> {
     let fits = match name {
         "NONE" => return Ok(()),
@@ -27,7 +27,7 @@ pub fn apply(name: &str, stride: usize, elements: &mut [u8]) -> Result<(), Reaso
     Ok(())
 }
 
-/// x, y on the octahedron, `one` its size; the fourth component is kept.
+/// A unit vector from x and y on an octahedron whose size is `one`. The fourth component is kept.
 fn octahedral([x, y, one, w]: [i32; 4], most: f32) -> [f32; 4] {
     let (mut x, mut y) = (x as f32 / one as f32, y as f32 / one as f32);
     let z = 1.0 - x.abs() - y.abs();
@@ -38,7 +38,8 @@ fn octahedral([x, y, one, w]: [i32; 4], most: f32) -> [f32; 4] {
     [x * scale, y * scale, z * scale, w as f32]
 }
 
-/// Three components over the fourth's scale; its two low bits say which component was left out.
+/// A quaternion from three components, scaled by the fourth. The fourth's two lowest bits say which component was left
+/// out.
 fn quaternion(given: [i32; 4]) -> [f32; 4] {
     let largest = (given[3] & 3) as usize;
     let scale = std::f32::consts::FRAC_1_SQRT_2 / (given[3] | 3) as f32;
@@ -51,7 +52,7 @@ fn quaternion(given: [i32; 4]) -> [f32; 4] {
     out
 }
 
-/// YCoCg with its scale in the top bit of alpha → RGBA. Luminance and alpha are unsigned.
+/// RGBA from YCoCg. The highest set bit of alpha gives the scale. Luminance and alpha are unsigned.
 fn color([y, orange, green, alpha]: [i32; 4], bits: u32) -> [f32; 4] {
     let mask = (1u32 << bits) - 1;
     let (y, alpha) = ((y as u32 & mask) as i32, alpha as u32 & mask);
@@ -63,7 +64,7 @@ fn color([y, orange, green, alpha]: [i32; 4], bits: u32) -> [f32; 4] {
     [rgb[0], rgb[1], rgb[2], alpha].map(|c| c as f32 * scale)
 }
 
-/// A signed 24-bit mantissa and a signed 8-bit exponent of two → an f32.
+/// An f32 from a signed 24-bit mantissa and a signed 8-bit exponent of two.
 fn exponential(word: &mut [u8]) {
     let value = i32::from_le_bytes([word[0], word[1], word[2], word[3]]);
     let (exponent, mantissa) = (value >> 24, value << 8 >> 8);
@@ -79,7 +80,7 @@ fn get_i16(e: &[u8]) -> [i32; 4] {
     [0, 2, 4, 6].map(|k| i32::from(i16::from_le_bytes([e[k], e[k + 1]])))
 }
 
-// Float-to-integer casts hold at the ends and turn NaN into 0, whatever hostile bytes made of the numbers.
+// Casts from floats to integers saturate and turn NaN into 0, whatever numbers hostile bytes lead to.
 
 fn put_i8(e: &mut [u8], v: [f32; 4]) {
     (0..4).for_each(|k| e[k] = v[k].round() as i8 as u8);

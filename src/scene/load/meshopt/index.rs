@@ -1,12 +1,12 @@
-//! The index codecs: triangles that share edges with those before, and plain sequences.
+//! The two index codecs: triangles that share edges with earlier triangles, and plain sequences.
 
 use super::{Cursor, unfold};
 use crate::scene::error::Reason;
 
-/// A table of common vertex pairs stands at the end of a triangle stream.
+/// Length in bytes of the table of common vertex pairs at the end of a triangle stream.
 const TABLE: usize = 16;
 
-/// The last 16 pushed values; 0 is the newest.
+/// The last 16 values that were pushed; `get(0)` is the newest.
 struct Recent<T> {
     values: [T; 16],
     next: usize,
@@ -27,7 +27,8 @@ impl<T: Copy + Default> Recent<T> {
     }
 }
 
-/// Writes `index` in 2 or 4 bytes; one that does not fit loses its top, and the check against the vertices finds it.
+/// Writes `index` in 2 or 4 bytes. An index that does not fit loses its upper bytes; the later check against the number
+/// of vertices finds it.
 fn put(out: &mut [u8], stride: usize, at: usize, index: u32) {
     out[at * stride..(at + 1) * stride].copy_from_slice(&index.to_le_bytes()[..stride]);
 }
@@ -38,7 +39,7 @@ struct Triangles<'a> {
     vertices: Recent<u32>,
     /// The lowest index that has not been used yet.
     next: u32,
-    /// What written-out indices are relative to.
+    /// The index that the next explicitly written index is relative to.
     last: u32,
 }
 
@@ -54,7 +55,7 @@ impl Triangles<'_> {
         Ok(self.last)
     }
 
-    /// A triangle on one of the recent edges.
+    /// Decodes a triangle that shares one of the recent edges.
     fn on_edge(&mut self, edge: usize, code: u8) -> Result<[u32; 3], Reason> {
         let (a, b) = self.edges.get(edge);
         let c = match code {
@@ -78,7 +79,7 @@ impl Triangles<'_> {
         Ok([a, b, c])
     }
 
-    /// A triangle without a known edge; `pair` says where its second and third corner come from.
+    /// Decodes a triangle that shares no known edge. `pair` says where its second and third corner come from.
     fn apart(&mut self, pair: u8, first_written: bool, may_write: bool) -> Result<[u32; 3], Reason> {
         let a = if first_written { self.written()? } else { self.fresh() };
         let mut corner = |code: u8| -> Result<(u32, bool), Reason> {
@@ -144,7 +145,7 @@ pub fn sequence(source: &[u8], count: usize, stride: usize, out: &mut [u8]) -> R
     if source.first() != Some(&0xd1) {
         return Err("the bytes are not of the sequence codec, version 1".to_owned());
     }
-    // Four bytes of padding let fast decoders read ahead.
+    // The stream ends with four bytes of padding, so that fast decoders can read ahead.
     let end = source.len().checked_sub(4).filter(|end| *end >= 1).ok_or("the compressed bytes end too early")?;
     let mut data = Cursor { bytes: &source[1..end] };
     let mut last = [0u32; 2];

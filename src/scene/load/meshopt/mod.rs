@@ -1,7 +1,8 @@
-//! `EXT_meshopt_compression` and `KHR_meshopt_compression`: compressed buffer views → plain ones.
+//! `EXT_meshopt_compression` and `KHR_meshopt_compression`: replaces compressed buffer views by plain ones. Called when
+//! a document is read.
 //!
-//! The bitstream is specified in the extensions' texts and small, and no crate in Rust alone reads its second version:
-//! so it is decoded here, every length checked before anything is allocated.
+//! The bitstream is small and specified in the text of the extensions, and no crate in pure Rust reads its second
+//! version. So it is decoded here, with every length checked before anything is allocated.
 
 mod filter;
 mod index;
@@ -15,7 +16,8 @@ use serde::Deserialize;
 use super::budget::Budget;
 use crate::scene::error::Reason;
 
-/// Both names mean one format; the second extension adds the second vertex codec and the colour filter.
+/// The names of the extensions. Both describe one format; the second extension adds the second vertex codec and the
+/// colour filter.
 pub const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
 /// The extension's object in a buffer view.
@@ -33,7 +35,8 @@ struct Packed {
     filter: Option<String>,
 }
 
-/// The buffer only stands in for programs without the extension: no view that is read here leads to it.
+/// Whether the buffer only stands in for programs that do not have the extension. No buffer view that is read here
+/// leads to it.
 pub fn is_fallback(buffer: &buffer::Buffer) -> bool {
     let extension = buffer.extensions.as_ref().and_then(|e| NAMES.iter().find_map(|name| e.others.get(*name)));
     extension.and_then(|e| e.get("fallback")).and_then(serde_json::Value::as_bool).unwrap_or(false)
@@ -83,7 +86,8 @@ fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &Budget) -> Result<Vec<u
     if !(indices || (4..=256).contains(&stride) && stride.is_multiple_of(4)) {
         return Err(format!("byteStride is {stride}; attributes take a multiple of 4 up to 256"));
     }
-    // The most that a byte can stand for: two bits hold the mode of 256 elements' worth of one byte each.
+    // The most bytes that a compressed byte can stand for. In the vertex codec, two bits can encode a group of 16
+    // elements, so a byte encodes 64 elements, or a whole block at most.
     let most = if indices { source.len().saturating_mul(3) } else { source.len().saturating_mul(1024) / stride };
     if count > most {
         return Err(format!("count is {count}, more than {} compressed bytes can hold", source.len()));
@@ -102,7 +106,7 @@ fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &Budget) -> Result<Vec<u
     Ok(out)
 }
 
-/// Bytes read from the front, never past the end.
+/// Reads bytes from the front of a slice, and never past its end.
 struct Cursor<'a> {
     bytes: &'a [u8],
 }
@@ -118,7 +122,7 @@ impl<'a> Cursor<'a> {
         Ok(self.take(1)?[0])
     }
 
-    /// Seven bits a byte, the lowest first, the top bit set on all but the last.
+    /// Reads a number of seven bits a byte, the lowest first. The top bit is set on all bytes but the last.
     fn varint(&mut self) -> Result<u32, Reason> {
         let mut value = 0u32;
         for shift in (0..35).step_by(7) {
@@ -139,7 +143,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Undoes the folding of signed numbers into unsigned ones: 0, −1, 1, −2, …
+/// Maps unsigned numbers back to signed ones (zigzag coding): 0, −1, 1, −2, …
 fn unfold(v: u32) -> u32 {
     (v >> 1) ^ (v & 1).wrapping_neg()
 }

@@ -1,4 +1,4 @@
-//! Streams of meshoptimizer's own encoder, compared with what its own decoder makes of them.
+//! Decodes streams of meshoptimizer's own encoder and compares them with the results of its own decoder.
 
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -55,7 +55,7 @@ fn every_codec_and_filter_gives_what_the_reference_gives() {
             assert!(found == expected, "{}: {} of stride {}", stream.what, stream.count, stream.stride);
             continue;
         }
-        // The filters round: vector code and ours may differ by one step.
+        // The filters round: the vector code of meshoptimizer and this decoder may differ by one step.
         let wide = stream.stride == 8;
         let value = |b: &[u8]| if wide { i32::from(i16::from_le_bytes([b[0], b[1]])) } else { i32::from(b[0] as i8) };
         let size = if wide { 2 } else { 1 };

@@ -1,14 +1,16 @@
-//! The vertex codec, versions 0 and 1: each byte of an element is a plane of differences to the element before.
+//! The vertex codec, versions 0 and 1. Each byte of an element has a plane of its own, which holds the differences to
+//! the element before.
 
 use super::{Cursor, unfold};
 use crate::scene::error::Reason;
 
-/// Most elements a block holds; fewer when they are wide.
+/// The most elements that a block holds. Wide elements have smaller blocks.
 const MOST_IN_BLOCK: usize = 256;
-/// Elements whose differences share one width.
+/// The number of elements whose differences share one bit width.
 const GROUP: usize = 16;
 
-/// Bits a difference by the group's two header bits: version 0, then version 1 with control 0 and 1.
+/// The bits of a difference, chosen by the group's two header bits: in version 0, then in version 1 with control 0 and
+/// with control 1.
 const WIDTHS: [[u8; 4]; 3] = [[0, 2, 4, 8], [0, 1, 2, 4], [1, 2, 4, 8]];
 
 /// Decodes `count` elements of `stride` bytes (a multiple of 4 up to 256) into `out`, which has their size.
@@ -18,7 +20,8 @@ pub fn decode(source: &[u8], count: usize, stride: usize, out: &mut [u8]) -> Res
         Some(0xa1) => 1,
         _ => return Err("the bytes are not of the vertex codec, version 0 or 1".to_owned()),
     };
-    // The tail: the element before the first, and in version 1 a mode for each four bytes of an element.
+    // The tail of the stream: the element that stands before the first one and, in version 1, a mode for each four
+    // bytes of an element.
     let tail = stride + if version == 0 { 0 } else { stride / 4 };
     let padded = tail.max(if version == 0 { 32 } else { 24 });
     if source.len() < 1 + padded {
@@ -51,7 +54,7 @@ pub fn decode(source: &[u8], count: usize, stride: usize, out: &mut [u8]) -> Res
     data.finish()
 }
 
-/// One byte's differences over a block; `control` only in version 1.
+/// Reads the differences of one byte over a block. `control` is given only in version 1.
 fn read_plane(
     data: &mut Cursor,
     control: Option<u8>,
@@ -79,7 +82,8 @@ fn read_plane(
     Ok(())
 }
 
-/// Sixteen differences of `bits` bits; the largest value says that the difference follows as a byte of its own.
+/// Reads sixteen differences of `bits` bits each. The largest value is an escape: the difference follows as a byte of
+/// its own.
 fn read_group(data: &mut Cursor, bits: u8, group: &mut [u8]) -> Result<(), Reason> {
     match bits {
         0 => group.fill(0),
@@ -89,7 +93,7 @@ fn read_group(data: &mut Cursor, bits: u8, group: &mut [u8]) -> Result<(), Reaso
             let (per_byte, escape) = (8 / usize::from(bits), (1u8 << bits) - 1);
             for (i, value) in group.iter_mut().enumerate() {
                 let place = i % per_byte;
-                // Single bits lie lowest first, wider ones highest first.
+                // Single bits are stored lowest first, wider values highest first.
                 let place = if bits == 1 { place } else { per_byte - 1 - place };
                 *value = packed[i / per_byte] >> (place * usize::from(bits)) & escape;
                 if *value == escape {
@@ -101,7 +105,8 @@ fn read_group(data: &mut Cursor, bits: u8, group: &mut [u8]) -> Result<(), Reaso
     Ok(())
 }
 
-/// The next four bytes: bytes or 16-bit numbers added to, or 32 bits turned and XORed.
+/// The next four bytes of an element from the four before: differences are added to bytes or to 16-bit numbers, or 32
+/// bits are rotated and XORed.
 fn advance(mode: u8, before: [u8; 4], delta: [u8; 4]) -> Result<[u8; 4], Reason> {
     match mode & 3 {
         0 => Ok([0, 1, 2, 3].map(|k| before[k].wrapping_add(unfold(u32::from(delta[k])) as u8))),
