@@ -127,7 +127,11 @@ fn wrong_usage_and_wrong_input_get_a_sentence_and_a_code() {
         (&["run", "study.json", "--participant", "a b", "--simulate"], 2, "not 1 to 32 letters"),
         (&["run", "study.json", "--participant", "../x", "--simulate"], 2, "not 1 to 32 letters"),
         (&["run", "study.json", "--participant", "s01", "--simulate", "--hz", "0"], 2, "--hz"),
-        (&["run", "study.json", "--participant", "s01", "--display", "openxr", "--simulate"], 2, "only with `--display headless`"),
+        (
+            &["run", "study.json", "--participant", "s01", "--display", "openxr", "--simulate"],
+            2,
+            "only with `--display headless`",
+        ),
         (&["run", "none.json", "--participant", "s01", "--simulate"], 1, "cannot read study none.json"),
         (&["run", "study.json", "--participant", "s01", "--simulate", "--resume", "--yes"], 1, "no unfinished session"),
         (&["study", "replay", "study.json"], 1, "line 1"),

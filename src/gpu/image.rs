@@ -130,7 +130,7 @@ impl Image {
     }
 
     /// A colour image of somebody else, such as a compositor, into which frames only copy. Call [`Image::take_over`] before each
-    /// use and [`Frame::hand_back`] after it.
+    /// use and [`super::Frame::hand_back`] after it.
     ///
     /// # Safety
     /// `raw` is an image of this device that matches `desc` and outlives the result.
