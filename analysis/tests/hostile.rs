@@ -274,8 +274,9 @@ fn a_table_that_was_exported_is_read_as_it_was() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.csv");
     fs::write(&path, answers()).unwrap();
-    let read =
-        |path: &PathBuf| load(&[path.clone()], &Selection { columns: Columns::default(), ..Selection::default() });
+    let read = |path: &PathBuf| {
+        load(std::slice::from_ref(path), &Selection { columns: Columns::default(), ..Selection::default() })
+    };
     let before = read(&path).unwrap().data;
     // What exports write for each cell of text.
     let escape = |text: &str| cyclopean_analysis::escape::csv(text).into_owned();

@@ -31,7 +31,7 @@ pub const EXCHANGED: u32 = 1 << 31;
 /// What finds the hits of rays.
 pub enum Structure {
     /// The nodes of our BVH.
-    Bvh(Image),
+    Bvh(Box<Image>),
     RayQuery(Box<RayStructure>),
 }
 
@@ -75,7 +75,7 @@ impl RayScene {
             Trace::Auto | Trace::Cpu | Trace::Bvh => {
                 let (nodes, order) = build(&triangles);
                 let nodes = upload_rows(gpu, "BVH nodes", &nodes)?;
-                (Structure::Bvh(nodes), order.iter().map(|&i| triangles[i as usize]).collect())
+                (Structure::Bvh(Box::new(nodes)), order.iter().map(|&i| triangles[i as usize]).collect())
             }
         };
         if triangles.is_empty() {

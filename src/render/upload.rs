@@ -2,6 +2,7 @@
 //! uploads them for each prepared view.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::rc::Rc;
 
 use ash::vk;
@@ -60,8 +61,8 @@ impl SceneResources {
         let mut samplers = HashMap::new();
         for texture in &scene.textures {
             let filter = filter_of(gpu, texture);
-            if !samplers.contains_key(&filter) {
-                samplers.insert(filter, Sampler::new(gpu, filter)?);
+            if let Entry::Vacant(place) = samplers.entry(filter) {
+                place.insert(Sampler::new(gpu, filter)?);
             }
         }
         let plain_desc = ImageDesc::texture(1, 1, 1, vk::Format::R8G8B8A8_UNORM);

@@ -30,7 +30,9 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 pub fn differing_percent(a: &StereoPicture, b: &StereoPicture, relative: f64) -> f64 {
     let floor = mean(a).max(mean(b)).max(f64::MIN_POSITIVE);
     let differs = |(x, y): &([f64; 3], [f64; 3])| {
-        (0..3).any(|c| !((x[c] - y[c]).abs() <= relative * x[c].abs().max(y[c].abs()).max(floor)))
+        // A NaN is not alike to anything.
+        let is_alike = |c: usize| (x[c] - y[c]).abs() <= relative * x[c].abs().max(y[c].abs()).max(floor);
+        !(0..3).all(is_alike)
     };
     let pairs: Vec<_> = texels(a).zip(texels(b)).collect();
     100.0 * pairs.iter().filter(|p| differs(p)).count() as f64 / pairs.len().max(1) as f64

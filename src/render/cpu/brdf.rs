@@ -110,7 +110,7 @@ impl Reflector {
             Scattering::Mirror(ray) => above(ray.direction).then_some(*ray),
             Scattering::Lobe(lobe) => {
                 let o = lobe.sample(u);
-                let direction = lobe.basis.from_local(o).normalize();
+                let direction = lobe.basis.rotate(o).normalize();
                 if !above(direction) {
                     return None;
                 }

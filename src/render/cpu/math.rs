@@ -52,7 +52,7 @@ impl Basis {
     }
 
     #[inline]
-    pub fn from_local(self, v: Vec3A) -> Vec3A {
+    pub fn rotate(self, v: Vec3A) -> Vec3A {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 }
