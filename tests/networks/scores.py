@@ -4,6 +4,8 @@ import math
 import os
 import sys
 
+# The source tree stays as it is.
+sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 import export_networks as export
 
