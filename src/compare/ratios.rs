@@ -24,11 +24,6 @@ const BY_ROUND: [(&str, &str); 13] = [
     ("reflection_ssim", "one_minus_reflection_ssim"),
 ];
 
-/// `lpips`, `reflection_dists` and the like.
-fn is_by_network(measure: &str) -> bool {
-    network::MEASURES.iter().any(|of| measure.trim_start_matches("reflection_") == *of)
-}
-
 /// Every method but the baseline, with the baseline's row of as many samples.
 fn peers<'a>(rows: &'a [Row], baseline: &str) -> Vec<(&'a Row, &'a Row)> {
     let of_baseline = |row: &Row| rows.iter().find(|b| b.method == baseline && b.is_peer(row));
@@ -68,8 +63,7 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
         };
         for (measure, name) in BY_ROUND {
             // What no network was named for is not missing.
-            let is_measured = row.rounds.measures.contains_key(measure) || base.rounds.measures.contains_key(measure);
-            if is_by_network(measure) && !is_measured {
+            if network::measure_of(measure).is_some() && !row.left.means.contains_key(measure) {
                 continue;
             }
             let error = |v: &f64| if name.starts_with("one_minus") { 1.0 - v } else { *v };

@@ -75,7 +75,7 @@ impl Reference {
     /// them; `prepared` has drawn a frame of this view. Left and right index, row-major.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn geometric_pairs(&self, prepared: &Prepared) -> Result<Vec<[usize; 2]>, CompareError> {
         let mut geometry = prepared.geometry()?;
         for (eye, rays) in geometry.eyes.iter_mut().zip(&self.rays.eyes) {

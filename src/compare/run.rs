@@ -14,7 +14,7 @@ use super::times::{self, Groups};
 use super::{equal_time, ratios};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::metrics::network::NetworkError;
+use crate::metrics::network::{self, NetworkError};
 use crate::metrics::stereo::{Consistency, share_beyond};
 use crate::metrics::{Agreement, Fireflies, Judge, Moments, Networks};
 use crate::picture::StereoPicture;
@@ -40,9 +40,6 @@ const MEASURES: [&str; 16] = [
     "reflection_lpips",
     "reflection_dists",
 ];
-
-/// Those of [`MEASURES`] that stand in a result only where their networks were named.
-const BY_NETWORKS: usize = 12;
 
 type Measured = [Option<f64>; MEASURES.len()];
 
@@ -77,7 +74,7 @@ pub fn scene(
     // After the last frame, so that a message about any of them refuses the scene's numbers.
     gpu.check_validation()?;
 
-    let results: Vec<Row> = runs.into_iter().map(|run| run.row(&reference, &masks)).collect();
+    let results: Vec<Row> = runs.into_iter().map(|run| run.row(&reference, &masks, networks)).collect();
     let baseline = base_name(&options.methods[0]);
     let mut left_out = Vec::new();
     let pairs = &reference.pairs;
@@ -269,15 +266,17 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn row(self, reference: &Reference, masks: &[Vec<bool>; 2]) -> Row {
+    fn row(self, reference: &Reference, masks: &[Vec<bool>; 2], networks: &Networks) -> Row {
+        // A measure whose network was not named is absent, not undefined.
+        let is_measured = |name: &str| network::measure_of(name).is_none_or(|m| networks.measures(m));
         let eye = |eye: usize| {
             let split = self.moments[eye].split(masked(&reference.reflection.eyes[eye], &masks[eye]));
             EyeReport {
                 means: MEASURES
                     .iter()
                     .enumerate()
+                    .filter(|(_, name)| is_measured(name))
                     .map(|(m, name)| ((*name).to_owned(), mean(&self.series(eye, m))))
-                    .filter(|(name, mean)| mean.is_some() || !MEASURES[BY_NETWORKS..].contains(&name.as_str()))
                     .collect(),
                 bias2: split.map(|s| s.bias2),
                 variance: split.map(|s| s.variance),

@@ -5,8 +5,7 @@
 
 use crate::scene::{Alpha, Fallback, Light, Material, Scene};
 
-use super::method::Ao;
-use super::method::{Blend, HitSource, Method, Reuse, Traversal};
+use super::method::{Ao, Blend, HitSource, Method, Reuse, Traversal};
 use super::settings::{Settings, ShadingReuse, Shadows};
 
 /// Rays to the rim of a light's disc. Where all of them have the same result, the pixel counts as outside the penumbra.

@@ -61,7 +61,7 @@ impl Bench {
     /// Renders the scene's first view. A picture that holds NaN or infinity is kept and counted, not refused.
     ///
     /// # Errors
-    /// What the device said, or Ctrl-C.
+    /// When a Vulkan call fails, or on Ctrl-C.
     pub fn render(
         &mut self,
         label: &str,

@@ -118,7 +118,7 @@ pub struct Along {
 /// Runs a sweep; its pictures stay on the bench.
 ///
 /// # Errors
-/// What the device said, or Ctrl-C.
+/// When a Vulkan call fails, or on Ctrl-C.
 pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<Along, RenderError> {
     bench.forget();
     let mut rows = Vec::new();

@@ -62,7 +62,7 @@ impl Run {
     /// One frame's times, and how many pixels were worked on again.
     ///
     /// # Errors
-    /// What the device said.
+    /// When a Vulkan call fails.
     pub fn add_times(&mut self, passes: &[PassTime]) -> Result<(), CompareError> {
         self.ms.push(total(passes));
         for pass in of_ao(passes) {
@@ -117,7 +117,7 @@ pub fn total(passes: &[PassTime]) -> f64 {
 /// Of the last frame.
 ///
 /// # Errors
-/// What the device said.
+/// When a Vulkan call fails.
 pub fn visibility(prepared: &Prepared) -> Result<Visibility, CompareError> {
     Ok(prepared.ambient_visibility()?.expect("prepared with ambient occlusion"))
 }
@@ -129,7 +129,7 @@ pub fn slices(of: &Visibility) -> [&[f32]; 2] {
 /// The pairs of the last frame's places.
 ///
 /// # Errors
-/// What the device said.
+/// When a Vulkan call fails.
 pub fn places(prepared: &Prepared) -> Result<Vec<[u32; 2]>, CompareError> {
     let settings = prepared.settings();
     let geometry = prepared.geometry()?;

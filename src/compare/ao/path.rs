@@ -12,7 +12,7 @@ use crate::scene::head_path::sway;
 /// Renders each method at each pose; the pose's number is its seed. The adaptive methods' sweep is left out.
 ///
 /// # Errors
-/// What the device said, or Ctrl-C.
+/// When a Vulkan call fails, or on Ctrl-C.
 pub fn along(runs: &mut [Run], view: &View, poses: u32, console: &Console) -> Result<AoPath, CompareError> {
     let runs = &mut runs[..Ao::OF_VIEWS.len()];
     let mut bar = console.progress("path", u64::from(poses));

@@ -34,9 +34,14 @@ const EQUAL_SAMPLE_BY_NETWORKS: [(&str, &str); 4] = [
     ("DISTS, reflection", "reflection_dists"),
 ];
 
-/// The columns of the tables at equal samples: those of networks where `has` says so.
-fn equal_sample_columns(has: impl Fn(&str) -> bool) -> Vec<(&'static str, &'static str)> {
-    EQUAL_SAMPLE.into_iter().chain(EQUAL_SAMPLE_BY_NETWORKS.into_iter().filter(|(_, measure)| has(measure))).collect()
+/// Those of [`EQUAL_SAMPLE_BY_NETWORKS`] that `has` says are there.
+fn by_networks(has: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    EQUAL_SAMPLE_BY_NETWORKS.into_iter().filter(move |(_, measure)| has(measure))
+}
+
+/// Whether a scene's results have a measure, be it undefined.
+fn has(scene: &SceneReport) -> impl Fn(&str) -> bool {
+    |measure| scene.results.iter().any(|r| r.left.means.contains_key(measure))
 }
 
 /// The whole document. Definitions stand in `docs/compare.md`.
@@ -156,11 +161,8 @@ fn errors(out: &mut String, scene: &SceneReport) {
         "fireflies a megapixel",
         "fireflies, all seeds and eyes",
     ];
-    let by_networks: Vec<(&str, &str)> = EQUAL_SAMPLE_BY_NETWORKS
-        .into_iter()
-        .filter(|(_, measure)| scene.results.iter().any(|r| r.left.means.contains_key(*measure)))
-        .collect();
-    let names: Vec<&str> = names.into_iter().chain(by_networks.iter().map(|(title, _)| *title)).collect();
+    let distances: Vec<(&str, &str)> = by_networks(has(scene)).collect();
+    let names: Vec<&str> = names.into_iter().chain(distances.iter().map(|(title, _)| *title)).collect();
     head(out, title, &names, 1);
     for r in &scene.results {
         let eyes = [&r.left, &r.right];
@@ -186,7 +188,7 @@ fn errors(out: &mut String, scene: &SceneReport) {
             measured("fireflies", &|v| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.1}"))),
             r.fireflies_total.to_string(),
         ];
-        let distances = by_networks.iter().map(|(_, measure)| measured(measure, &fixed));
+        let distances = distances.iter().map(|(_, measure)| measured(measure, &fixed));
         row(out, cells.into_iter().chain(distances));
     }
     out.push('\n');
@@ -243,7 +245,7 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
 
 fn equal_sample(out: &mut String, scene: &SceneReport) {
     let title = format!("Equal samples: over `{}` with as many, 95 % interval over seeds", scene.baseline);
-    let columns = equal_sample_columns(|measure| scene.equal_sample.iter().any(|q| q.measure == measure));
+    let columns: Vec<(&str, &str)> = EQUAL_SAMPLE.into_iter().chain(by_networks(has(scene))).collect();
     let names: Vec<&str> = ["method"].into_iter().chain(columns.iter().map(|(title, _)| *title)).collect();
     head(out, &title, &names, 1);
     for r in scene.results.iter().filter(|r| r.method != scene.baseline) {

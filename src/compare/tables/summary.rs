@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use cyclopean_analysis::escape::markdown as markdown_of;
 
-use super::{equal_sample_columns, head, ratio, row};
+use super::{EQUAL_SAMPLE, by_networks, head, ratio, row};
 use crate::compare::report::Summary;
 
 /// A column's title and the measure.
@@ -24,7 +24,8 @@ const TIMES: [(&str, &str); 7] = [
 pub fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
     let _ = writeln!(out, "## All {scenes} scenes\n");
     table(out, summary, "Times, and errors at equal time", &TIMES);
-    let columns = equal_sample_columns(|measure| summary.iter().any(|s| s.measure == measure));
+    let has = |measure: &str| summary.iter().any(|s| s.measure == measure);
+    let columns: Vec<(&str, &str)> = EQUAL_SAMPLE.into_iter().chain(by_networks(has)).collect();
     table(out, summary, "Equal samples", &columns);
 }
 

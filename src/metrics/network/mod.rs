@@ -24,6 +24,13 @@ const ALIKE: f64 = 1e-3;
 /// What networks measure, in the order of the tables.
 pub const MEASURES: [&str; 2] = ["lpips", "dists"];
 
+/// Which of [`MEASURES`] a key of a result is: of the composite, or with `reflection_` before it of the reflection alone.
+/// `None`: no network measures it.
+pub fn measure_of(key: &str) -> Option<&'static str> {
+    let measure = key.strip_prefix("reflection_").unwrap_or(key);
+    MEASURES.into_iter().find(|m| *m == measure)
+}
+
 /// A network cannot be used, or not for these pictures.
 #[derive(Debug, thiserror::Error)]
 pub enum NetworkError {
@@ -84,8 +91,8 @@ impl Network {
         }
     }
 
-    /// The distance of `picture` from `reference`, both sRGB-encoded display values in [0, 1], rows from the top. 0: alike; `None`: the network gives
-    /// no finite number.
+    /// The distance of `picture` from `reference`, both sRGB-encoded display values in [0, 1], rows from the top. 0: alike;
+    /// `None`: the network gives no finite number.
     ///
     /// # Errors
     /// As [`Network::prepare`].
@@ -119,7 +126,13 @@ impl Networks {
         self.0.iter()
     }
 
-    /// The distance by each of [`MEASURES`]; `None` without its network, or where it gives no finite number. See [`Network::distance`].
+    /// Whether there is a network for one of [`MEASURES`].
+    pub fn measures(&self, measure: &str) -> bool {
+        self.0.iter().any(|n| n.measure == measure)
+    }
+
+    /// The distance by each of [`MEASURES`]; `None` without its network, or where it gives no finite number. See
+    /// [`Network::distance`].
     ///
     /// # Errors
     /// As [`Network::prepare`].
