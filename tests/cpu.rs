@@ -10,11 +10,10 @@ use std::sync::Arc;
 
 use cyclopean::console::Interrupted;
 use cyclopean::gpu::Gpu;
-use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Prepared, Rendered, Renderer, Settings, Trace};
 use cyclopean::scene::{self, Light, LightSource, Material, Scene, Texture, TextureRef, Wrap};
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3};
-use pictures::{glowing, gpu, lattices, look, material, plane, settings, sphere};
+use pictures::{deviations, glowing, gpu, lattices, look, material, plane, settings, sphere, values};
 
 /// Pixels with the same seed that may lie further apart than [`ROUNDING`].
 const APART: f64 = 0.01;
@@ -27,21 +26,6 @@ fn by(gpu: &Rc<Gpu>, scene: &Arc<Scene>, trace: Trace, spp: u32, settings: &Sett
     let way = if trace == Trace::Cpu { "cpu" } else { "bvh" };
     assert_eq!(rendered.tracer, Some(way));
     rendered
-}
-
-fn values(picture: &StereoPicture) -> impl Iterator<Item = f32> {
-    picture.eyes.iter().flatten().flatten().copied()
-}
-
-/// Δ/σ of every value with noise; where all paths agree (mirrors, black) the errors are rounding.
-fn deviations(a: &Rendered, b: &Rendered) -> Vec<f64> {
-    let (Some(ea), Some(eb)) = (&a.error, &b.error) else { panic!("the reference has a standard error") };
-    values(&a.reflection)
-        .zip(values(&b.reflection))
-        .zip(values(ea).zip(values(eb)))
-        .filter(|((x, _), (ex, ey))| ex.hypot(*ey) > 1e-3 * x.abs().max(1e-6))
-        .map(|((x, y), (ex, ey))| f64::from((x - y) / ex.hypot(ey)))
-        .collect()
 }
 
 fn agree(gpu: &Rc<Gpu>, name: &str, scene: &Arc<Scene>, spp: u32, settings: &Settings) {

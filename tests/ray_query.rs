@@ -13,7 +13,7 @@ use cyclopean::gpu::Gpu;
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Ao, AoSettings, Method, Rendered, Renderer, Request, Settings, Trace};
 use cyclopean::scene::{self, Fallback, Scene};
-use pictures::{gpu, lattices, settings};
+use pictures::{deviations, gpu, lattices, settings};
 
 fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
     let camera = scene.views[0].stereo_camera(settings.aspect());
@@ -107,6 +107,34 @@ fn inside() {
     println!("both ways agree");
 }
 
+/// Run by the measurement below inside the root.
+#[test]
+#[ignore = "run by `the_three_tracers_agree_on_every_built_in_scene` on a device with ray queries"]
+fn inside_every_scene() {
+    let gpu = gpu();
+    assert!(gpu.has_ray_query(), "{} has no ray queries", gpu.info().name);
+    for name in scene::builtin::NAMES {
+        let scene = Arc::new(scene::load(name).expect("a built-in scene"));
+        let by = |(trace, seed): (Trace, u32)| {
+            render(&gpu, &scene, "path-traced@16", &Settings { trace, seed, ..settings(160, 90) })
+        };
+        // Each with random numbers of its own, so that they differ by noise alone.
+        let [bvh, query, cpu] = [(Trace::Bvh, 1), (Trace::RayQuery, 2), (Trace::Cpu, 3)].map(by);
+        for (pair, a, b) in [("ray query, BVH", &query, &bvh), ("processor, ray query", &cpu, &query)] {
+            let z = deviations(a, b);
+            let mean = z.iter().sum::<f64>() / z.len() as f64;
+            let beyond = z.iter().filter(|z| z.abs() > 5.0).count();
+            println!("{name}, {pair}: mean of Δ/σ {mean:.4}, {beyond} of {} beyond 5 σ", z.len());
+            assert!(mean.abs() < 0.05 && beyond as f64 <= 1e-3 * z.len() as f64, "{name}, {pair}");
+        }
+        let [bvh, query, cpu] = [bvh, query, cpu].map(|r| speed(&r, "path_trace"));
+        println!(
+            "{name}: {bvh:.3} million paths a second by the BVH, {query:.3} by ray queries, {cpu:.3} by the processor"
+        );
+    }
+    println!("all three agree");
+}
+
 fn root(script: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/xr").join(script)
 }
@@ -155,6 +183,20 @@ fn ray_queries_and_the_bvh_make_one_picture() {
     assert!(done.status.success(), "{}", text(&done.stderr));
     let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
     assert_eq!(report["trace"], "ray-query");
+}
+
+/// `cargo test --release --test ray_query -- --ignored --nocapture three_tracers`
+#[test]
+#[ignore = "takes minutes"]
+fn the_three_tracers_agree_on_every_built_in_scene() {
+    if !is_there() {
+        return;
+    }
+    let this = std::env::current_exe().expect("a path");
+    let done = run_inside(&this, &["--exact", "inside_every_scene", "--ignored", "--nocapture"]);
+    let (out, log) = (text(&done.stdout), text(&done.stderr));
+    assert!(done.status.success() && out.contains("all three agree"), "{out}\n{log}");
+    println!("{out}");
 }
 
 #[test]

@@ -141,3 +141,18 @@ pub fn lattices() -> Scene {
     }
     scene
 }
+
+pub fn values(picture: &StereoPicture) -> impl Iterator<Item = f32> {
+    picture.eyes.iter().flatten().flatten().copied()
+}
+
+/// Δ/σ of every value with noise; where all paths agree (mirrors, black) the errors are rounding.
+pub fn deviations(a: &Rendered, b: &Rendered) -> Vec<f64> {
+    let (Some(ea), Some(eb)) = (&a.error, &b.error) else { panic!("the reference has a standard error") };
+    values(&a.reflection)
+        .zip(values(&b.reflection))
+        .zip(values(ea).zip(values(eb)))
+        .filter(|((x, _), (ex, ey))| ex.hypot(*ey) > 1e-3 * x.abs().max(1e-6))
+        .map(|((x, y), (ex, ey))| f64::from((x - y) / ex.hypot(ey)))
+        .collect()
+}
