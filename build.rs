@@ -1,13 +1,13 @@
-//! Compiles `shaders/*.{comp,vert,frag}` and those of `shaders/display/` to SPIR-V, with `glslc` or the compiler that the
-//! variable `GLSLC` names, and writes `shaders.rs` and `display_shaders.rs`, which `render::shaders` and `display::shaders`
-//! include.
+//! Compiles the shaders in `shaders/` and in `shaders/display/` (`*.comp`, `*.vert`, `*.frag`) to SPIR-V. The compiler
+//! is `glslc`, or the one that the environment variable `GLSLC` names. Cargo runs this before it builds the crate. The
+//! results are the files `shaders.rs` and `display_shaders.rs`, which `render::shaders` and `display::shaders` include.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Shaders that are compiled again with these macros defined (separated by spaces). Variants are named like
-/// `shadows_reuse_ray_query.comp`.
+/// Shaders that are compiled once more with the macros behind them defined (separated by spaces). The variants' names
+/// are like `shadows_reuse_ray_query.comp`.
 const VARIANTS: &[(&str, &str)] = &[
     ("ao_blend.comp", "LISTED"),
     ("ao_filter.comp", "LISTED"),
@@ -32,7 +32,7 @@ fn main() {
         return;
     }
     let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    // The displays' shaders have a list of their own, because they are no part of a stimulus' address.
+    // The displays' shaders have a list of their own, because a stimulus' address does not depend on them.
     let all = compile_all(Path::new("shaders"), &out, "shaders.rs")
         .and_then(|()| compile_all(Path::new("shaders/display"), &out, "display_shaders.rs"));
     if let Err(message) = all {
@@ -41,7 +41,8 @@ fn main() {
     }
 }
 
-/// Compiles every shader stage of a folder, and writes Rust code with a static for each shader and a list of all of them.
+/// Compiles every shader in a folder. Writes Rust code to `list_file`: a static for each shader and a list of all of
+/// them.
 fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> = entries
@@ -76,8 +77,9 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
 }
 
-/// Whether no picture of the reference depends on a shader with these macros defined. The comment at the shader's head says
-/// so, by a line `// Reference: never.`, or `// Reference: never with MACRO.` for the variants with that macro.
+/// Whether no picture of the reference depends on a shader that is compiled with these macros. The comment at the head
+/// of the shader says so in the line `// Reference: never.`. For the variants with one macro the line is
+/// `// Reference: never with MACRO.`.
 fn is_of_views(text: &str, words: &str) -> bool {
     let head = text.lines().skip(1).take_while(|line| line.starts_with("//"));
     let mut said = head.filter_map(|line| line.strip_prefix("// Reference: never")?.strip_suffix('.'));
@@ -87,10 +89,10 @@ fn is_of_views(text: &str, words: &str) -> bool {
     })
 }
 
-/// Appends the static of one shader to `code`, and its name to `list`.
+/// Appends the static of one shader to `code` and a reference to it to `list`.
 fn add(code: &mut String, list: &mut String, name: &str, target: &Path) {
     let symbol = name.replace('.', "_").to_uppercase();
-    // The wrapper's first field aligns the SPIR-V bytes to words.
+    // The first field of `Aligned` makes the SPIR-V bytes begin at a multiple of four.
     let _ = writeln!(
         code,
         "static {symbol}_BYTES: &Aligned<[u8]> = &Aligned {{ _word: [], bytes: *include_bytes!({target:?}) }};\n\
@@ -110,8 +112,8 @@ fn compile(file: &Path, target: &Path, words: &str) -> Result<(), String> {
         .output();
     match run {
         Err(error) => Err(format!(
-            "the shader compiler `{}` cannot be run ({error}); Debian: apt-get install glslc, elsewhere it comes \
-             with the Vulkan SDK; GLSLC names another one",
+            "the shader compiler `{}` cannot be run ({error}). On Debian, `apt-get install glslc` installs it. \
+             Elsewhere it comes with the Vulkan SDK. The environment variable GLSLC may name another compiler",
             compiler.to_string_lossy()
         )),
         Ok(done) if done.status.success() => Ok(()),

@@ -1,4 +1,5 @@
-//! What a command says and when it must stop: results on stdout, everything else on stderr.
+//! What a command prints, and whether the user has asked it to stop. Results go to standard output; progress, notes and
+//! the log go to standard error. The commands and the modules that do long work for them call it.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::Mutex;
@@ -9,24 +10,26 @@ use cyclopean_analysis::{escape, terminal};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Installs logging and the Ctrl-C handler; called once by `main`.
+/// Installs logging and the handler of Ctrl-C. `commands::main` calls it once.
 pub fn start() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("CYCLOPEAN_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,winit=error"));
-    // A second call (tests) keeps the first subscriber.
+    // In tests it may be called again; then the first subscriber stays.
     let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(|| Log).without_time().try_init();
     let handler = || {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
-            // Asked twice: whole files are guaranteed by rename, so leaving now loses nothing finished.
+            // The second Ctrl-C ends the program at once. Files are written under another name and renamed when they
+            // are whole, so nothing that was finished is lost.
             std::process::exit(130);
         }
     };
     if let Err(error) = ctrlc::set_handler(handler) {
-        tracing::warn!("Ctrl-C will end the program at once: {error}");
+        tracing::warn!("Ctrl-C cannot be caught, so it will end the program at once: {error}");
     }
 }
 
-/// Standard error for the log: where nobody reads it any more, nothing can be said of that either.
+/// Standard error, to which the log is written. An error of writing is ignored, because there is no other place to
+/// report it.
 struct Log;
 
 impl Write for Log {
@@ -40,30 +43,31 @@ impl Write for Log {
     }
 }
 
-/// The first result that could not be printed.
+/// The error of the first result that could not be printed.
 static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// A result could not be printed.
+/// A result could not be written to standard output.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write to standard output: {0}")]
 pub struct Unprinted(#[source] io::Error);
 
-/// Fails when a result did not reach standard output; a reader who has gone (`… | head`) wanted no more.
+/// Reports the first result that could not be printed; `commands::main` calls it at the end. A reader that has closed
+/// the pipe (`… | head`) is no failure.
 pub fn finish() -> Result<(), Unprinted> {
     FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take().map_or(Ok(()), |e| Err(Unprinted(e)))
 }
 
-/// Ctrl-C was pressed: long work stops at its next whole step.
+/// Ctrl-C was pressed. Long work stops after the step that it is at.
 #[derive(Debug, thiserror::Error)]
-#[error("interrupted; finished files are whole and the work can be resumed")]
+#[error("interrupted; every file that was finished is whole, and the work can be resumed")]
 pub struct Interrupted;
 
-/// Fails with [`Interrupted`] once Ctrl-C was pressed; long loops call it at each step.
+/// Fails with [`Interrupted`] once Ctrl-C was pressed. Long loops call it at each step.
 pub fn check_interrupted() -> Result<(), Interrupted> {
     if INTERRUPTED.load(Ordering::SeqCst) { Err(Interrupted) } else { Ok(()) }
 }
 
-/// Where a command's words go.
+/// Prints what a command has to say, as text for people or as JSON.
 #[derive(Debug, Clone, Copy)]
 pub struct Console {
     json: bool,
@@ -74,26 +78,27 @@ impl Console {
         Console { json }
     }
 
-    /// `--json` was given: exactly one object goes to stdout.
+    /// Whether `--json` was given. Then exactly one object goes to standard output.
     pub fn is_json(&self) -> bool {
         self.json
     }
 
-    /// A line of the human result; silent under `--json`.
+    /// Prints a line of the result for people. Prints nothing with `--json`.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.json {
             keep(terminal::print(&format!("{}\n", escape::line(text.as_ref()))));
         }
     }
 
-    /// Lines of the human result that were made elsewhere, each name in them one line already.
+    /// Prints lines of the result for people that the caller has made. They are printed as they are, so the caller has
+    /// already made sure that no name in them contains a line break. Prints nothing with `--json`.
     pub fn page(&self, text: impl AsRef<str>) {
         if !self.json {
             keep(terminal::print(&format!("{}\n", text.as_ref())));
         }
     }
 
-    /// The JSON result; silent otherwise.
+    /// Prints the result as JSON. Prints nothing without `--json`.
     pub fn object(&self, value: &impl serde::Serialize) -> Result<(), serde_json::Error> {
         if self.json {
             keep(terminal::print_json(&format!("{}\n", serde_json::to_string(value)?)));
@@ -101,12 +106,12 @@ impl Console {
         Ok(())
     }
 
-    /// A line about the work, on stderr.
+    /// Prints a line about the work on standard error.
     pub fn note(&self, text: impl AsRef<str>) {
         terminal::say(&format!("{}\n", escape::line(text.as_ref())));
     }
 
-    /// Progress over `total` steps: a bar on a terminal, a plain line every few seconds elsewhere; on stderr.
+    /// Shows progress over `total` steps on standard error: a bar on a terminal, elsewhere a line every few seconds.
     pub fn progress(&self, what: &str, total: u64) -> Progress {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = indicatif::ProgressBar::new(total);
@@ -119,14 +124,14 @@ impl Console {
     }
 }
 
-/// What was not printed is said at the end: the work goes on, for its files.
+/// Keeps an error of printing for [`finish`]. The work goes on, because its files are still wanted.
 fn keep(printed: io::Result<()>) {
     if let Err(error) = printed {
         FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
     }
 }
 
-/// See [`Console::progress`].
+/// The progress of one piece of work; made by [`Console::progress`].
 pub struct Progress {
     what: String,
     total: u64,
@@ -137,12 +142,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// One step done; `detail` says which.
+    /// Says that one more step is done. `detail` names the step.
     pub fn step(&mut self, detail: &str) {
         self.advance_to(self.done + 1, detail);
     }
 
-    /// `done` steps are done in all.
+    /// Says that `done` steps are done in total. `detail` names the last of them.
     pub fn advance_to(&mut self, done: u64, detail: &str) {
         self.done = done;
         let detail = escape::line(detail);

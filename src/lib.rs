@@ -1,7 +1,8 @@
-//! Stereo-consistent screen-space reflections, studies that show them to people, and comparisons with a reference.
+//! Renders stereo-consistent screen-space reflections, compares them with a reference, and shows them to people in
+//! studies.
 //!
-//! A study decides what is shown, a session runs it, a display shows it, and the renderer has made it before; see
-//! ARCHITECTURE.md.
+//! The renderer makes the stimuli before the first participant comes. A study says what is shown to whom, a session
+//! runs the study, and a display shows the stimuli. ARCHITECTURE.md describes the modules.
 
 pub mod commands;
 #[cfg(feature = "gpu")]

@@ -1,4 +1,4 @@
-//! The program `cyclopean`: runs `commands::main`, which parses the arguments and calls a subcommand.
+//! The program `cyclopean`. It runs `commands::main`, which parses the arguments and calls a subcommand.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,5 @@
-//! Stereo pictures on disk: multi-view OpenEXR (linear) and side-by-side PNG (display). No GPU needed.
+//! Reads and writes stereo pictures. Linear radiance is stored as multi-view OpenEXR, and what a display shows as a PNG
+//! with both eyes side by side. The commands, `compare` and the displays call it; it needs no graphics card.
 
 use std::fmt::Display;
 use std::io::Cursor;
@@ -14,12 +15,12 @@ use exr::prelude::{
 use crate::scene::Eye;
 use crate::scene::environment::file::{MOST_SAMPLES, exr_head};
 
-/// RGB of both eyes, linear Rec. 709, rows from the top.
+/// Linear Rec. 709 colours of both eyes, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StereoPicture {
     pub width: u32,
     pub height: u32,
-    /// By eye, row-major.
+    /// The pixels of the left and of the right eye, row-major.
     pub eyes: [Vec<[f32; 3]>; 2],
 }
 
@@ -41,18 +42,18 @@ pub enum PictureError {
     Encode { path: PathBuf, reason: String },
 }
 
-/// Names of the views, in layer order; the first is the default view.
+/// Names of the views by eye. The first is the file's default view.
 const VIEWS: [&str; 2] = ["left", "right"];
 
-/// One part of a multi-view file: the colour itself, or a named layer beside it.
+/// One part of a multi-view file: the colour, or a named layer beside it.
 pub struct Part<'a> {
-    /// Empty for the colour; else the layer's name, such as `reflection`.
+    /// The layer's name, such as `reflection`. It is empty for the colour.
     pub layer: &'a str,
     pub picture: &'a StereoPicture,
 }
 
-/// The channel of a view by OpenEXR's multi-view convention: the default view's colour has bare names, everything
-/// else is `layer.view.channel`.
+/// The name of a channel by OpenEXR's convention for several views. The colour of the default view has bare names
+/// (`R`), that of the other view `view.channel`, and a layer `layer.view.channel`.
 fn channel_name(layer: &str, eye: Eye, channel: &str) -> String {
     let view = VIEWS[eye.layer()];
     match (layer, eye) {
@@ -62,7 +63,7 @@ fn channel_name(layer: &str, eye: Eye, channel: &str) -> String {
     }
 }
 
-/// Writes a multi-view EXR: 32-bit floats, ZIP; all parts have one size.
+/// Writes a multi-view EXR with 32-bit floats and lossless compression. All parts must have the same size.
 ///
 /// # Errors
 /// [`PictureError`] naming the file.
@@ -85,15 +86,16 @@ pub fn write_exr(path: &Path, parts: &[Part<'_>]) -> Result<(), PictureError> {
     let attributes = LayerAttributes { multi_view_names: Some(views), ..LayerAttributes::default() };
     let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(list)));
     let mut bytes = Cursor::new(Vec::new());
-    // One thread: the same bytes every time.
+    // With one thread the same pictures give the same bytes every time.
     image.write().non_parallel().to_buffered(&mut bytes).map_err(|e| encode(e.to_string()))?;
     Ok(files::write_bytes(path, bytes.get_ref())?)
 }
 
-/// A picture is larger than its samples by a head, whatever the compression.
+/// The most bytes of an EXR file: the most samples at four bytes each, and room for the head. Compression only makes a
+/// file smaller.
 const MOST_BYTES: u64 = 4 * MOST_SAMPLES + MOST_DATA;
 
-/// A file's bytes and what its head says.
+/// Reads the bytes of an EXR file and parses its head.
 fn exr_bytes(path: &Path) -> Result<(Vec<u8>, exr::meta::MetaData), PictureError> {
     let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
     let bytes = files::read(path, MOST_BYTES).map_err(|e| fail(&e))?;
@@ -104,16 +106,16 @@ fn exr_bytes(path: &Path) -> Result<(Vec<u8>, exr::meta::MetaData), PictureError
 /// Reads a PNG as RGBA bytes, such as a stimulus's two eyes side by side.
 ///
 /// # Errors
-/// [`PictureError::Read`] when the file is no PNG, or one that unpacks to more than 512 MiB.
+/// [`PictureError::Read`] when the file cannot be read, is no PNG, or would unpack to more than 512 MiB.
 pub fn read_png(path: &Path) -> Result<image::RgbaImage, PictureError> {
     let fail = |reason: &dyn Display| PictureError::Read { path: path.to_owned(), reason: reason.to_string() };
     let bytes = files::read(path, MOST_DATA).map_err(|e| fail(&e))?;
-    // The reader's own limits hold: 512 MiB.
+    // The crate's default limit applies: 512 MiB of decoded data.
     let decoded = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png).decode();
     Ok(decoded.map_err(|e| fail(&e))?.into_rgba8())
 }
 
-/// Width and height of a PNG, from its head alone.
+/// The width and height of a PNG. Only its head is read.
 ///
 /// # Errors
 /// [`PictureError::Read`] when the file is no PNG.
@@ -123,10 +125,10 @@ pub fn png_size(path: &Path) -> Result<(u32, u32), PictureError> {
     image::ImageReader::with_format(file, image::ImageFormat::Png).into_dimensions().map_err(|e| fail(&e))
 }
 
-/// Reads the colour of both views; `layer` may name another part (`reflection`).
+/// Reads one part of both views: the colour where `layer` is empty, otherwise the layer of that name (`reflection`).
 ///
 /// # Errors
-/// [`PictureError::Read`] when the file is no EXR or lacks a channel.
+/// [`PictureError::Read`] when the file cannot be read, is no EXR, or lacks a channel.
 pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError> {
     let fail = |reason: String| PictureError::Read { path: path.to_owned(), reason };
     let (bytes, _) = exr_bytes(path)?;
@@ -156,7 +158,7 @@ pub fn read_exr(path: &Path, layer: &str) -> Result<StereoPicture, PictureError>
     Ok(StereoPicture { width: width as u32, height: height as u32, eyes })
 }
 
-/// Whether a file has this layer beside its colour.
+/// Whether an EXR file has this layer. An empty name asks for the colour.
 ///
 /// # Errors
 /// [`PictureError::Read`] when the file is no EXR.
@@ -167,7 +169,8 @@ pub fn has_layer(path: &Path, layer: &str) -> Result<bool, PictureError> {
     Ok(channels.any(|c| c.name.eq_case_insensitive(&name)))
 }
 
-/// Both eyes side by side, left on the left, as an 8-bit sRGB PNG. `eyes` are RGBA bytes, rows from the top.
+/// Writes both eyes side by side, the left eye on the left, as an 8-bit sRGB PNG. `eyes` are RGBA bytes, rows from the
+/// top; alpha is dropped.
 ///
 /// # Errors
 /// [`PictureError`] naming the file.
@@ -184,7 +187,7 @@ pub fn write_side_by_side(path: &Path, width: u32, height: u32, eyes: [&[u8]; 2]
     write_png(path, 2 * width, height, &rgb)
 }
 
-/// The bytes of an 8-bit sRGB PNG of RGB bytes, rows from the top; `path` is what an error names.
+/// Encodes RGB bytes, rows from the top, as an 8-bit sRGB PNG and gives its bytes. `path` is only the name in an error.
 ///
 /// # Errors
 /// [`PictureError::Encode`].

@@ -1,18 +1,19 @@
-//! A part of work that many machines share.
+//! Splits a list of work into parts, so that several machines can each do one. The commands read a [`Shard`] from their
+//! arguments, and `study::prepare` takes that part of a study's stimuli.
 
-/// One part of n: the item i of a list belongs to part i mod n.
+/// One part of n. Item i of a list belongs to part i mod n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// From 0.
+    /// Which part it is, counted from 0.
     pub index: u32,
     pub count: u32,
 }
 
 impl Shard {
-    /// All of it.
+    /// The only part: all of the list.
     pub const WHOLE: Shard = Shard { index: 0, count: 1 };
 
-    /// This part of a list, in its order.
+    /// The items of this part, in the order of the list.
     pub fn of<T>(self, items: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
         let (index, count) = (u64::from(self.index), u64::from(self.count.max(1)));
         items.into_iter().zip(0u64..).filter(move |(_, i)| i % count == index).map(|(item, _)| item)
@@ -22,7 +23,7 @@ impl Shard {
 impl std::str::FromStr for Shard {
     type Err = String;
 
-    /// `i/n` with i from 0 to n − 1.
+    /// Reads `i/n`, where i is from 0 to n − 1.
     fn from_str(text: &str) -> Result<Shard, String> {
         let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
         match parsed {
