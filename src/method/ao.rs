@@ -1,22 +1,24 @@
-//! The methods of ambient occlusion.
+//! The names and properties of the methods of ambient occlusion. The command line and JSON name an [`Ao`]; the renderer
+//! and `compare` read its properties.
 
-/// How the visibility of the surroundings is found, which dims ambient light (seed 001: Wu, adaptive stereo ambient
-/// occlusion).
+/// How ambient occlusion is found: the share of a point's surroundings that nearby surfaces hide, by which its ambient
+/// light is reduced. All methods but the rays are those of seed 001 (Wu, adaptive stereo ambient occlusion).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ao {
-    /// Not at all: ambient light is not occluded.
+    /// Ambient light is not occluded.
     #[default]
     None,
-    /// Each eye for itself: obscurance in its own view, then a cross-bilateral filter.
+    /// Each eye for itself: obscurance is estimated in its own view, then smoothed by a cross-bilateral filter.
     Mono,
-    /// Fully stereo-aware (Shi et al. 2022): every sample looked at in both views, both eyes' filters blended.
+    /// Fully stereo-aware (Shi et al. 2022): every sample is looked up in both views, and both eyes' filtered values
+    /// are blended.
     Fsa,
-    /// `mono`, then the work of `fsa` on the pixels whose eyes differ visibly.
+    /// `mono` first, then the work of `fsa` on the pixels that differ visibly between the eyes.
     Variant1,
-    /// Samples in both views everywhere, then blended filters on the pixels whose eyes differ visibly.
+    /// Every sample is looked up in both views. Only pixels that differ visibly between the eyes are blended.
     Variant2,
-    /// Rays through the scene's geometry: the oracle of the others.
+    /// Rays through the scene's geometry, with which the other methods are compared.
     RayTraced,
 }
 
@@ -24,10 +26,10 @@ impl Ao {
     /// Every method.
     pub const ALL: [Ao; 6] = [Ao::None, Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2, Ao::RayTraced];
 
-    /// Every method of the views, in the order of their tables.
+    /// The methods that estimate occlusion from the views, in the order of the tables.
     pub const OF_VIEWS: [Ao; 4] = [Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2];
 
-    /// The word on the command line and in JSON.
+    /// The name on the command line and in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Ao::None => "none",
@@ -39,22 +41,22 @@ impl Ao {
         }
     }
 
-    /// Estimated from the views.
+    /// Whether occlusion is estimated from the views.
     pub fn is_estimated(self) -> bool {
         Ao::OF_VIEWS.contains(&self)
     }
 
-    /// The eyes are compared with each other.
+    /// Whether the method uses both views together.
     pub fn is_stereo(self) -> bool {
         self.is_estimated() && self != Ao::Mono
     }
 
-    /// Every pixel's samples are looked at in both views.
+    /// Whether the samples of every pixel are looked up in both views.
     pub fn samples_both_views(self) -> bool {
         matches!(self, Ao::Fsa | Ao::Variant2)
     }
 
-    /// Works on where the eyes differ visibly.
+    /// Whether the method does further work only on the pixels that differ visibly between the eyes.
     pub fn is_adaptive(self) -> bool {
         matches!(self, Ao::Variant1 | Ao::Variant2)
     }

@@ -1,4 +1,6 @@
-//! Methods as data: which parts of the pipeline are on. No device: a build without one knows every method by name.
+//! Methods as data: a name is parsed into a [`Method`], which says which parts of the pipeline are on. The commands,
+//! studies, the renderer and `compare` call it. Nothing here needs a graphics device, so a build without one knows
+//! every method as well.
 
 mod ao;
 mod parts;
@@ -10,26 +12,28 @@ pub use ao::Ao;
 pub use parts::{Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
 use table::{METHODS, RECOMMENDED_WITH_RAY_QUERIES, RECOMMENDED_WITHOUT_RAY_QUERIES};
 
-/// A condition of a study, or a peer to compare with. `NAME@N` is NAME with N rays a pixel in one ratio.
+/// A way to answer reflection rays, together with its number of rays. `NAME@N` is NAME with N rays a pixel, which are
+/// mixed in one ratio estimator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
     base: &'static Parts,
-    /// Thousandths of a per cent of the method's [`Knob`]; `None`: the method's own default, or no knob.
+    /// The percentage of the method's [`Knob`], in thousandths of a per cent. `None`: the knob's default, or there is
+    /// no knob.
     knob: Option<u32>,
-    /// Rays (or paths) a pixel; `None`: the method's own default.
+    /// Rays (of a path tracer: paths) a pixel. `None`: the method's default.
     samples: Option<u32>,
 }
 
-/// A name that is no method.
+/// The name belongs to no method.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "unknown method `{name}`; known: {known}, each also as NAME@N with N rays a pixel (1 to 65536); {knobs} also as \
-     NAME-P with a percentage P from 0 to 100"
+    "unknown method `{name}`; known: {known}. Each may be written NAME@N, with N rays a pixel (1 to 65536), and {knobs} \
+    also NAME-P, with a percentage P from 0 to 100"
 )]
 pub struct UnknownMethod {
     pub name: String,
     pub known: String,
-    /// Those with a percentage.
+    /// The methods whose name may end in a percentage.
     pub knobs: String,
 }
 
@@ -37,14 +41,14 @@ impl Method {
     /// Reads `NAME`, `NAME-P`, `NAME@N` or `NAME-P@N`.
     ///
     /// # Errors
-    /// [`UnknownMethod`], which lists the known ones.
+    /// [`UnknownMethod`], which lists the known methods.
     pub fn parse(text: &str) -> Result<Method, UnknownMethod> {
         let unknown = || UnknownMethod {
             name: text.to_owned(),
             known: Method::names().join(", "),
             knobs: Method::names_with_percentage().join(", "),
         };
-        // The count may stand before the suffix: path-traced@2-resolved.
+        // The count may also stand before this suffix: path-traced@2-resolved.
         let suffix = "-resolved";
         let moved = text.strip_suffix(suffix).and_then(|t| t.split_once('@')).map(|(n, c)| format!("{n}{suffix}@{c}"));
         let text = moved.as_deref().unwrap_or(text);
@@ -63,7 +67,7 @@ impl Method {
         }
         let (stem, percent) = name.rsplit_once('-').ok_or_else(unknown)?;
         let base = METHODS.iter().find(|b| b.name == stem && b.knob.is_some()).ok_or_else(unknown)?;
-        // Only what `Display` writes again: digits with at most one point.
+        // Only what `Display` would write is taken: digits and at most one point, and no `1e1`.
         let digits = percent.chars().all(|c| c.is_ascii_digit() || c == '.');
         let percent: f64 = percent.parse().ok().filter(|_| digits).ok_or_else(unknown)?;
         if !(0.0..=100.0).contains(&percent) {
@@ -72,8 +76,10 @@ impl Method {
         Ok(Method { base, knob: Some((percent * 1000.0).round() as u32), samples: count })
     }
 
-    /// The method that this one stands for on a device: `recommended` is the best one that was measured at 1.25 times
-    /// the baseline's trace and resolve, or, where ray queries are fast, the best one of all. Figures: docs/compare.md.
+    /// The method that this one stands for on a device; itself, except for `recommended`. Where ray queries are fast,
+    /// `recommended` is the method with the lowest error of all. Elsewhere it is the one with the lowest error whose
+    /// tracing and resolving take at most about 1.3 times as long as the baseline's. docs/compare.md has the
+    /// measurements.
     pub fn on(&self, fast_ray_queries: bool) -> Method {
         if !self.base.chosen_by_device {
             return self.clone();
@@ -83,8 +89,8 @@ impl Method {
         Method { samples: self.samples, ..base }
     }
 
-    /// The share of the rays lost by the views that may ask the scene's geometry, 0–1 in steps of 1/255; 0 where the
-    /// method has no such rays.
+    /// The share of the lost rays that may ask the scene's geometry, 0–1 in steps of 1/255. It is 0 for methods whose
+    /// rays never ask it.
     pub fn lost_share(&self) -> f32 {
         match self.base.knob {
             Some(Knob::LostRays) => (self.knob_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
@@ -92,7 +98,8 @@ impl Method {
         }
     }
 
-    /// The smallest contrast between the eyes at which the other eye is used; `None`: it is used everywhere.
+    /// The smallest Weber contrast between the eyes at which a pixel uses the other eye. `None`: the method has no such
+    /// threshold.
     pub fn weber_share(&self) -> Option<f32> {
         (self.base.knob == Some(Knob::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
     }
@@ -101,32 +108,33 @@ impl Method {
         self.knob.or_else(|| self.base.knob.map(Knob::default_value)).unwrap_or(0)
     }
 
-    /// Every name, without `@N`.
+    /// The names of all methods, without `@N`.
     pub fn names() -> Vec<&'static str> {
         METHODS.iter().map(|b| b.name).collect()
     }
 
-    /// Those that may end in a percentage.
+    /// The names that may end in a percentage.
     pub fn names_with_percentage() -> Vec<&'static str> {
         METHODS.iter().filter(|b| b.knob.is_some()).map(|b| b.name).collect()
     }
 
-    /// Name and description of each.
+    /// The name and the description of each method.
     pub fn described() -> impl Iterator<Item = (&'static str, &'static str)> {
         METHODS.iter().map(|b| (b.name, b.about))
     }
 
-    /// The same with so many rays a pixel (at least one), unless its name says how many.
+    /// The same method with so many rays a pixel (at least one). A count that the method already has wins.
     pub fn with_samples(self, samples: Option<u32>) -> Method {
         Method { samples: self.samples.or(samples.map(|n| n.max(1))), ..self }
     }
 
-    /// The same with so many rays a pixel (at least one), whatever its name says.
+    /// The same method with so many rays a pixel (at least one), whatever count it has already.
     pub fn with_exactly(self, samples: u32) -> Method {
         Method { samples: Some(samples.max(1)), ..self }
     }
 
-    /// The method that differs from this one in its accumulation over frames alone; `None`: there is none of that name.
+    /// The method that differs from this one only in whether it accumulates over frames. `None`: there is no such
+    /// method.
     pub fn without_or_with_history(&self) -> Option<Method> {
         const SUFFIX: &str = "-temporal";
         let name = match self.base.name.strip_suffix(SUFFIX) {
@@ -137,12 +145,12 @@ impl Method {
         Some(Method { base, ..self.clone() })
     }
 
-    /// What it is made of.
+    /// The parts that the method is made of.
     pub fn parts(&self) -> &'static Parts {
         self.base
     }
 
-    /// Rays (or paths) a pixel.
+    /// Rays (of a path tracer: paths) a pixel.
     pub fn samples(&self) -> u32 {
         self.samples.unwrap_or(self.base.samples)
     }

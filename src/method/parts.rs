@@ -1,18 +1,18 @@
-//! What a method is made of, each part a choice.
+//! The parts that a method is made of. Each field of [`Parts`] is one choice; `table` fills them in for every method,
+//! and the renderer's passes read them.
 
-/// What the percentage at the end of a method's name sets (`stereo-hybrid-25`).
+/// What the percentage at the end of a method's name sets, as in `stereo-hybrid-25`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Knob {
-    /// Share of the rays that the views lose which may ask the scene's geometry; 100 by default. At 0 the method is the
-    /// same without geometry.
+    /// The share of the lost rays that may ask the scene's geometry; 100 by default. At 0 no ray asks it.
     LostRays,
-    /// Weber contrast between the eyes, relative to the pixel's composite luminance, below which no work is done in
-    /// the other eye; 2 by default (seed 001: Walter et al. 2005).
+    /// The Weber contrast between the eyes below which a pixel does no work in the other eye; 2 by default (seed 001,
+    /// after Walter et al. 2005). It is relative to the pixel's composite luminance.
     Weber,
 }
 
 impl Knob {
-    /// Thousandths of a per cent.
+    /// The percentage of a name without one, in thousandths of a per cent.
     pub(super) fn default_value(self) -> u32 {
         match self {
             Knob::LostRays => 100_000,
@@ -21,127 +21,133 @@ impl Knob {
     }
 }
 
-/// How the taps of the spatial reuse are weighted.
+/// How the filter weighs the taps of the spatial reuse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reuse {
     /// Multiple-importance weights: the balance heuristic between the pixel's own density and each tap's (pairwise, as
-    /// in Bitterli 2022), bright outliers bounded, and the eyes blended by their variances.
+    /// in Bitterli 2022). Bright outliers are bounded, and the eyes are blended by their variances.
     #[default]
     Balance,
-    /// The published ratio estimator (Stachowiak 2015): each tap over its own density, nothing bounded, and the eyes
-    /// blended by fixed weights.
+    /// The published ratio estimator (Stachowiak 2015): each tap is divided by its own density. Nothing is bounded, and
+    /// the eyes are blended by fixed weights.
     Ratio,
 }
 
-/// How the light of a pair of pixels is blended.
+/// How the reflected light of the two pixels of a pair is blended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blend {
-    /// By squared bias and both variances (seed 003, equation 4). Needs the moments that [`Reuse::Balance`] keeps.
+    /// By the squared bias and both variances (seed 003, equation 4). This needs the moments that [`Reuse::Balance`]
+    /// keeps.
     Variance,
     /// By fixed weights.
     Fixed,
 }
 
-/// How a new frame is weighed against the frames before it.
+/// How much a new frame counts against the frames before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Temporal {
-    /// By squared bias and both variances, pixel by pixel (seed 003, equation 4).
+    /// By the squared bias and both variances, pixel by pixel (seed 003, equation 4).
     #[default]
     Variance,
-    /// A tenth of each new frame.
+    /// Each new frame counts a tenth.
     Constant,
-    /// A tenth of each new frame, and the history is clamped to what the pixel's neighbourhood shows (Salvi 2016).
+    /// Each new frame counts a tenth, and the history is clamped to the colours in the pixel's neighbourhood (Salvi
+    /// 2016).
     Clamp,
 }
 
-/// Where the reflection of a pixel is looked for in the last frame.
+/// Where in the last frame the history looks for the reflection that a pixel shows now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HistorySource {
-    /// At both places below; the one that agrees better is taken.
+    /// At both places below. The one that agrees better with the new frame is taken.
     Better,
-    /// Where the surface was.
+    /// Where the reflecting surface was.
     Surface,
-    /// Where the last frame's eye saw the virtual image of what is reflected (seed 002).
+    /// Where the last frame showed the virtual image of what is reflected (seed 002).
     Image,
 }
 
-/// Accumulation of reflections over frames.
+/// How reflections are accumulated over frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Accumulation {
-    /// `None`: as the settings say.
+    /// How much a new frame counts. `None`: as the settings say.
     pub weights: Option<Temporal>,
     pub source: HistorySource,
 }
 
-/// How reflection rays are answered.
+/// What answers reflection rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HitSource {
-    /// From the depth of the views.
+    /// The depth of the views.
     ScreenSpace,
-    /// From the scene's geometry.
+    /// The scene's geometry.
     PathTraced,
 }
 
 /// How a screen-space ray uses the two views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Traversal {
-    /// It stays in its own eye's.
+    /// It stays in its own eye's view.
     OwnEye,
-    /// Its own eye's first, then, where that loses it, the other one's: two compacted stages.
+    /// It goes through its own eye's view first, and where it is lost, through the other eye's. These are two stages,
+    /// and the second one runs over a list of the rays that were lost.
     TwoStages,
-    /// Both eyes asked at every pixel on the way, without a hierarchy: the oracle.
+    /// It asks both views at every pixel on its way, without a hierarchy of depth. This is slow, and `TwoStages` is
+    /// checked against it.
     OneLoop,
 }
 
 /// Reuse between the eyes (paper §4.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reprojection {
-    /// A pixel that knows nothing may take what the other eye knows.
+    /// A pixel whose rays are unknown may take the reflection that the other eye has.
     pub filling: bool,
-    /// A pair must lead back to its pixel.
+    /// A pixel uses its partner only where the partner leads back to it.
     pub back_check: bool,
-    /// What the two reflect may differ by the lobe's footprint; otherwise by a thousandth of its distance.
+    /// Whether what the two pixels reflect may lie apart by the lobe's footprint. Otherwise it may lie apart by a
+    /// thousandth of its distance.
     pub lobe_tolerance: bool,
     pub blend: Blend,
 }
 
-/// What a method is made of.
+/// The choices that make up a method.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Parts {
     pub(super) name: &'static str,
     pub(super) about: &'static str,
     pub answer: HitSource,
-    /// Closed meshes are as thick as their back faces say.
+    /// Whether the thickness of closed meshes is read from their back faces.
     pub back_faces: bool,
-    /// Rays that come back towards the eye are marched too.
+    /// Whether rays that come back towards the eye are followed too.
     pub camera_rays: bool,
-    /// Rays that leave their eye's view go on in the other one's (paper §4.1).
+    /// How a ray uses the two views (paper §4.1).
     pub traversal: Traversal,
-    /// Both eyes fade alike (paper §4.2).
+    /// Whether both eyes fade alike (paper §4.2).
     pub stereo_fade: bool,
-    /// Samples are shared between the eyes (paper §4.3).
+    /// How samples are shared between the eyes (paper §4.3). `None`: they are not shared.
     pub reprojection: Option<Reprojection>,
-    /// What the frames before knew is used.
+    /// How the results of earlier frames are used. `None`: they are not used.
     pub accumulation: Option<Accumulation>,
-    /// Only the left eye traces; the right one has what is reprojected.
+    /// Whether only the left eye traces. The right eye then has only what is reprojected from the left one.
     pub one_eye: bool,
-    /// The reference's rays go through the screen-space methods' filter.
+    /// Whether rays through the geometry go through the filter of the screen-space methods.
     pub resolved: bool,
-    /// Pixels beyond each border that are drawn and never shown, in thousandths of the view.
+    /// The guard band: how far beyond each border the view is drawn, in thousandths of the view.
     pub guard_band: u32,
-    /// Both eyes draw the same random numbers.
+    /// Whether both eyes draw the same random numbers.
     pub shared_noise: bool,
-    /// Squared radius of the spatial reuse, pixels; `None`: the settings'.
+    /// The squared radius of the spatial reuse, in pixels. `None`: as the settings say.
     pub reuse_radius_squared: Option<u32>,
-    /// How taps are weighted; `None`: as the settings say.
+    /// How taps are weighed. `None`: as the settings say.
     pub reuse: Option<Reuse>,
-    /// What a percentage at the end of the name sets.
+    /// What a percentage at the end of the name sets. `None`: the name has no percentage.
     pub knob: Option<Knob>,
-    /// Stands for another method, which the device chooses: see [`super::Method::on`].
+    /// Whether this method stands for another one that the kind of device decides; see [`super::Method::on`].
     pub chosen_by_device: bool,
-    /// The right eye's reflections are exchanged left and right.
+    /// Whether the reflections of the right eye are mirrored left to right, so that they do not fit those of the left
+    /// eye.
     pub unrelated: bool,
     pub(super) samples: u32,
 }

@@ -1,10 +1,11 @@
-//! Every method, a row each: how to add one is in docs/contributing.md.
+//! The table of all methods, one row each. `super` looks names up in it. docs/contributing.md says how to add a method.
+//! The renderer's hash of a picture covers every field of a row, the description included.
 
 use super::parts::{
     Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal,
 };
 
-/// The baseline; the others say where they differ.
+/// The baseline. The rows of the other methods say where they differ from another row.
 pub(super) const SSSR: Parts = Parts {
     name: "sssr",
     about: "stochastic screen-space reflections, each eye for itself (the baseline)",
@@ -32,7 +33,7 @@ const OURS: Reprojection =
 const PAPER: Reprojection =
     Reprojection { filling: false, back_check: false, lobe_tolerance: false, blend: Blend::Fixed };
 
-/// All three parts of the paper's §4.
+/// The paper's method: all three parts of its §4.
 const STEREO: Parts = Parts {
     name: "stereo",
     about: "stereo-consistent: traversal, fade and reprojection know both eyes (the paper's method)",
@@ -44,7 +45,7 @@ const STEREO: Parts = Parts {
 
 const OVER_TIME: Accumulation = Accumulation { weights: None, source: HistorySource::Better };
 
-/// The reference; also the tracer of its real-time relative.
+/// The reference. `path-traced-resolved` differs from it in what is done with the rays.
 const PATH_TRACED: Parts = Parts {
     name: "path-traced",
     about: "the reference: rays through the scene's geometry",
@@ -246,7 +247,8 @@ pub(super) const METHODS: &[Parts] = &[
     },
 ];
 
-/// Best at no more than 1.25 times the baseline's trace and resolve on a device that walks the geometry slowly.
+/// What `recommended` is on a device that is slow to trace rays through the geometry: the method with the lowest error
+/// among those whose tracing and resolving take at most about 1.3 times as long as the baseline's.
 pub(super) const RECOMMENDED_WITHOUT_RAY_QUERIES: &str = "stereo-guardband";
-/// Best where a ray through the geometry costs about what a march through a view does.
+/// What `recommended` is where a ray through the geometry takes about as long as a march through a view.
 pub(super) const RECOMMENDED_WITH_RAY_QUERIES: &str = "stereo-hybrid";
