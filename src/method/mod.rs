@@ -27,8 +27,8 @@ pub struct Method {
 /// The name belongs to no method.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "unknown method `{name}`; known: {known}. Each may be written NAME@N, with N rays a pixel (1 to 65536), and {knobs} \
-    also NAME-P, with a percentage P from 0 to 100"
+    "unknown method `{name}`; known: {known}. Each may be written NAME@N, with N rays a pixel (1 to 65536), and \
+     {knobs} also NAME-P, with a percentage P from 0 to 100"
 )]
 pub struct UnknownMethod {
     pub name: String,

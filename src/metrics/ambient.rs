@@ -1,17 +1,19 @@
-//! Ambient occlusion between the eyes and against another one: seed 001 (Wu, adaptive stereo ambient occlusion), its
-//! equation 2, table 1 and table 2. A picture is one visibility a pixel, 1 open and 0 hidden.
+//! Measures of ambient occlusion: how much the eyes differ, and how far one method is from another. They are those of
+//! seed 001 (Wu, adaptive stereo ambient occlusion), its equation 2, table 1 and table 2. `compare::ao` calls them. A
+//! picture holds one visibility for each pixel: 1 is open and 0 is hidden.
 
 use super::Surfaces;
 use super::pairs::EyeSurfaces;
 
-/// The share of a pixel's own value from which on a difference between the eyes is seen (Weber's law with the two per
-/// cent of Walter et al.'s Lightcuts).
+/// The least difference between the eyes that can be seen, as a share of the pixel's own value. This is Weber's law
+/// with the 2 % of Walter et al.'s Lightcuts.
 pub const VISIBLE: f64 = 0.02;
 
-/// Pixels of the left and of the right eye that show one place, by reprojection and a back check; indices, row-major.
-/// What the surfaces say of rays is not looked at.
+/// The pairs of pixels, one in each eye, that show the same place on a surface. They are found by reprojection and a
+/// check that leads back. Both are indices, row-major. `traced` and `inverse_hit_distance` of the surfaces are not
+/// used.
 pub fn places(surfaces: &Surfaces<'_>) -> Vec<[u32; 2]> {
-    // A reflection that starts and ends on the surface is the surface itself.
+    // The search for pairs looks for what a pixel reflects. With a hit at no distance, that is the surface itself.
     let drawn = surfaces.eyes.map(|eye| eye.depth.iter().map(|d| *d > 0.0).collect::<Vec<bool>>());
     let near = surfaces.eyes.map(|eye| vec![ON_THE_SURFACE; eye.depth.len()]);
     let eyes =
@@ -19,11 +21,11 @@ pub fn places(surfaces: &Surfaces<'_>) -> Vec<[u32; 2]> {
     Surfaces { eyes, ..*surfaces }.pairs().map(|pair| pair.map(|i| i as u32)).collect()
 }
 
-/// 1/metres: a hit that is no distance away.
+/// 1 / the distance of a hit that lies practically on the surface, in 1/m.
 const ON_THE_SURFACE: f32 = 1e12;
 
-/// Share of the pixels with a pair that differ from it visibly: |A(p) − A(p*)| ≥ 2 % of A(p), each pixel of a pair
-/// counted by its own value. `None` without pairs.
+/// The share of the paired pixels that differ visibly from their partner: |A(p) − A(p*)| is at least 2 % of A(p). Both
+/// pixels of a pair are counted, each by its own value. `None` without pairs.
 pub fn inconsistency(pairs: &[[u32; 2]], eyes: [&[f32]; 2]) -> Option<f64> {
     super::mean(pairs.iter().map(|pair| {
         let [l, r] = [0, 1].map(|eye| f64::from(eyes[eye][pair[eye] as usize]));
@@ -32,7 +34,7 @@ pub fn inconsistency(pairs: &[[u32; 2]], eyes: [&[f32]; 2]) -> Option<f64> {
     }))
 }
 
-/// Mean absolute difference over all pixels of both eyes.
+/// The mean absolute difference over all pixels of both eyes.
 pub fn mean_absolute_error(of: [&[f32]; 2], reference: [&[f32]; 2]) -> Option<f64> {
     let pixels = of.into_iter().zip(reference).flat_map(|(x, y)| x.iter().zip(y));
     super::mean(pixels.map(|(x, y)| f64::from((x - y).abs())))
@@ -47,10 +49,10 @@ mod tests {
     #[test]
     fn a_difference_is_seen_relative_to_what_is_there() {
         let pairs = [[0, 0], [1, 1], [2, 2], [3, 3]];
-        // Equal; 1 %; 3 %; black beside black.
+        // The pairs are equal, differ by 1 %, differ by 3 %, and are both black.
         let (left, right) = ([1.0, 0.5, 0.5, 0.0], [1.0, 0.505, 0.515, 0.0]);
         assert_eq!(inconsistency(&pairs, [&left, &right]), Some(0.25));
-        // 2.02 % of the darker one, 1.98 % of the brighter one.
+        // The difference is 2.02 % of the darker value and 1.98 % of the brighter one.
         assert_eq!(inconsistency(&[[0, 0]], [&[0.99], &[1.01]]), Some(0.5));
         assert_eq!(inconsistency(&[], [&left, &right]), None);
     }
@@ -62,7 +64,7 @@ mod tests {
         assert_eq!(mean_absolute_error([&[], &[]], [&[], &[]]), None);
     }
 
-    /// A wall two metres before the eyes: its places are a constant number of pixels apart.
+    /// For a wall two metres in front of the eyes, the two pixels of a place are a constant number of pixels apart.
     #[test]
     fn places_are_those_of_the_surface() {
         const W: usize = 64;
@@ -79,7 +81,7 @@ mod tests {
         let camera = view.stereo_camera(W as f64 / H as f64);
         let depth = [(0.05f32 / 2.0); W * H];
         let (instance, normal, none, rough) = ([1; W * H], [Vec3::Z; W * H], [false; W * H], [1.0; W * H]);
-        // No ray starts anywhere: places ask for none.
+        // No pixel traces a ray, because places do not depend on that.
         let eye = EyeSurfaces {
             traced: &none,
             depth: &depth,

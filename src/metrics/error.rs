@@ -1,19 +1,20 @@
-//! Squared errors over the pixels of a mask, all three channels together.
+//! Squared errors over the pixels of a mask, with all three channels taken together. `compare` calls it, mostly through
+//! [`super::Judge`].
 
 use serde::Serialize;
 
-/// How far a picture x is from its reference y.
+/// How far a picture x is from its reference y. ȳ is the mean of y.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Errors {
-    /// Mean of (x − y)²: linear radiance squared.
+    /// The mean of (x − y)², in linear radiance squared.
     pub mse: f64,
-    /// Σ(x − y)² / Σ(y − ȳ)²: 1 is what the reference's mean colour would score. `None`: the reference is constant.
+    /// Σ(x − y)² / Σ(y − ȳ)². A constant picture of value ȳ would have 1. `None`: the reference is constant.
     pub rse: Option<f64>,
-    /// Mean of (x − y)² / (y² + ε), ε = (0.01·ȳ)². `None`: the reference is black.
+    /// The mean of (x − y)² / (y² + ε), with ε = (0.01·ȳ)². `None`: the reference is black.
     pub relmse: Option<f64>,
 }
 
-/// Errors of `x` against the reference `y` where `mask` holds; `None` where it never does.
+/// The errors of `x` against the reference `y` over the pixels of `mask`. `None` where the mask has no pixel.
 ///
 /// # Panics
 /// When the lengths differ.
@@ -41,7 +42,7 @@ pub fn errors(x: &[[f32; 3]], y: &[[f32; 3]], mask: &[bool]) -> Option<Errors> {
     })
 }
 
-/// Mean of (x − y)² over the channels of the pixels where `mask` holds; `None` where it never does.
+/// The mean of (x − y)² over the channels of the pixels of `mask`. `None` where the mask has no pixel.
 ///
 /// # Panics
 /// When the lengths differ.
@@ -57,7 +58,8 @@ mod tests {
 
     #[test]
     fn a_case_by_hand() {
-        // y = 0, 0, 0, 2, 2, 2 (mean 1) and x = y + 1 in one channel of each pixel; the third pixel is masked out.
+        // y is 0, 0, 0, 2, 2, 2 with the mean 1, and x is y + 1 in one channel of each pixel. The third pixel is masked
+        // out.
         let y = [[0.0; 3], [2.0; 3], [9.0; 3]];
         let x = [[1.0, 0.0, 0.0], [3.0, 2.0, 2.0], [0.0; 3]];
         let e = errors(&x, &y, &[true, true, false]).expect("a mask");

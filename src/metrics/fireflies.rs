@@ -1,26 +1,28 @@
-//! Fireflies: single pixels far brighter than anything the reference shows near them.
+//! Counts fireflies: single pixels that are far brighter than anything the reference shows near them. Display values of
+//! a reference and of a picture go in. `compare` calls it.
 //!
-//! Rare, very bright samples move a mean squared error from seed to seed. Counted, they are a figure of their own.
+//! Rare, very bright samples make the mean squared error change from seed to seed. So they are counted separately.
 
 use super::luminance;
 
-/// A firefly's display luminance lies more than this above the brightest of the reference's neighbourhood.
+/// A firefly is brighter than the brightest pixel in the reference's neighbourhood by more than this, in display
+/// luminance.
 pub const EXCESS: f64 = 0.25;
 
-/// The neighbourhood reaches so many pixels to each side: 7×7, clipped at the picture's border.
+/// How many pixels the neighbourhood reaches to each side. It has 7×7 pixels, or fewer at the picture's border.
 pub const REACH: usize = 3;
 
-/// A reference made ready: the limit of every pixel, found once for many pictures.
+/// A reference with the limit of every pixel, which is computed once for many pictures.
 #[derive(Debug, Clone)]
 pub struct Fireflies {
-    /// Maximum of the reference's neighbourhood plus [`EXCESS`]; display luminance.
+    /// By pixel, the maximum of the reference's neighbourhood plus [`EXCESS`], in display luminance.
     limit: Vec<f64>,
     /// Pixels that count.
     mask: Vec<bool>,
 }
 
 impl Fireflies {
-    /// `shown` holds the reference's display values, `width`×`height` pixels, rows from the top ([`super::tone`]).
+    /// `shown` holds the reference's display values ([`super::tone`]) of `width`×`height` pixels, rows from the top.
     ///
     /// # Panics
     /// When the lengths differ from the size.
@@ -33,7 +35,8 @@ impl Fireflies {
         Fireflies { limit, mask }
     }
 
-    /// Fireflies among the pixels that count; `shown` holds a picture's display values with the reference's exposure.
+    /// The number of fireflies among the pixels that count. `shown` holds a picture's display values with the
+    /// reference's exposure.
     ///
     /// # Panics
     /// When the length differs from the reference's.
@@ -43,15 +46,15 @@ impl Fireflies {
         counted.filter(|((c, limit), _)| luminance(**c) > **limit).count() as u64
     }
 
-    /// So many fireflies per million pixels that count; `None` where none counts.
+    /// A number of fireflies, as a number per million of the pixels that count. `None` where no pixel counts.
     pub fn per_megapixel(&self, count: u64) -> Option<f64> {
         let pixels = self.mask.iter().filter(|m| **m).count();
         (pixels > 0).then(|| count as f64 * 1e6 / pixels as f64)
     }
 }
 
-/// Of each value the maximum over itself and [`REACH`] neighbours to each side along one axis. `along` gives a value's
-/// place on the axis, which has `length` places, and the step from one place to the next.
+/// For each value, the maximum over it and [`REACH`] neighbours to each side along one axis. The axis has `length`
+/// places. `along` gives a value's place on the axis and the step from one place to the next.
 fn maxima(values: &[f64], length: usize, along: impl Fn(usize) -> (usize, usize)) -> Vec<f64> {
     let maximum = |i: usize| {
         let (place, step) = along(i);
@@ -78,7 +81,8 @@ mod tests {
         let reference = vec![[0.25; 3]; PIXELS];
         let fireflies = Fireflies::new(SIZE, &reference, vec![true; PIXELS]);
         assert_eq!(fireflies.count(&reference), 0);
-        // At the limit, 0.25 + 0.25, nothing is counted; just beyond it is, corners included.
+        // Just below the limit of 0.25 + 0.25 nothing is counted. Just above it pixels are counted, also in the
+        // corners.
         let mut picture = reference.clone();
         picture[at(5, 4)] = [0.499; 3];
         assert_eq!(fireflies.count(&picture), 0);
@@ -87,7 +91,7 @@ mod tests {
         }
         assert_eq!(fireflies.count(&picture), 4);
         assert!((fireflies.per_megapixel(4).expect("pixels") - 4e6 / PIXELS as f64).abs() < 1e-9);
-        // Luminance: blue alone weighs 0.0722 and is none.
+        // What counts is the luminance, in which blue weighs only 0.0722.
         let blue = vec![[0.25, 0.25, 1.0]; PIXELS];
         assert_eq!(fireflies.count(&blue), 0);
     }
@@ -97,14 +101,14 @@ mod tests {
         let mut reference = vec![[0.0; 3]; PIXELS];
         reference[at(4, 4)] = [0.9; 3];
         let fireflies = Fireflies::new(SIZE, &reference, vec![true; PIXELS]);
-        // Everything white: the limit is 1.15 within three pixels of the light in x and y, 0.25 elsewhere.
+        // Everything is white. The limit is 1.15 within three pixels of the light in x and y, and 0.25 elsewhere.
         let excused = 7 * 7;
         assert_eq!(fireflies.count(&vec![[1.0; 3]; PIXELS]), (PIXELS - excused) as u64);
         let mut picture = vec![[0.0; 3]; PIXELS];
         (picture[at(7, 7)], picture[at(8, 7)], picture[at(1, 1)], picture[at(0, 1)]) =
             ([1.0; 3], [1.0; 3], [1.0; 3], [1.0; 3]);
         assert_eq!(fireflies.count(&picture), 2, "the second and the fourth lie outside");
-        // Rows do not run into each other: a light at the end of a row excuses nothing at the next one's beginning.
+        // A light at the end of a row excuses nothing at the beginning of the next row.
         let mut reference = vec![[0.0; 3]; PIXELS];
         reference[at(11, 0)] = [0.9; 3];
         let mut picture = vec![[0.0; 3]; PIXELS];

@@ -1,27 +1,30 @@
-//! FLIP for low dynamic range (Andersson et al. 2020): the difference seen when two pictures alternate, 0 to 1 a pixel.
+//! FLIP for low dynamic range (Andersson et al. 2020): how different two pictures look when they alternate, from 0 to 1
+//! for each pixel. Display values of a reference and of a picture go in. [`super::Judge`] calls it.
 //!
-//! In f32 and in the order of NVIDIA's C++ tool, 1.1, with separated filters, so that the numbers are the tool's.
+//! It computes in f32, in the same order as version 1.1 of NVIDIA's C++ tool and with the same separated filters, so
+//! that it gives the tool's numbers.
 
 use std::f32::consts::PI;
 
-/// The tool's default: 0.7 m from a monitor 0.7 m wide with 3840 pixels.
+/// The tool's default: a monitor that is 0.7 m wide and has 3840 pixels across, seen from 0.7 m away.
 pub const PIXELS_PER_DEGREE: f32 = 67.0;
 
-/// q_c, p_c, p_t, w, q_f of the paper.
+/// These five are q_c, p_c, p_t, w and q_f of the paper.
 const COLOR_EXPONENT: f32 = 0.7;
 const COLOR_KNEE: f32 = 0.4;
 const KNEE_VALUE: f32 = 0.95;
 const FEATURE_WIDTH_DEG: f32 = 0.082;
 const FEATURE_EXPONENT: f32 = 0.5;
 
-/// Contrast sensitivity as Gaussians a·√(π/b)·exp(−π²x²/b): achromatic, red-green, and two for blue-yellow.
+/// Contrast sensitivity as Gaussians a·√(π/b)·exp(−π²x²/b), each given as (a, b): one for the achromatic channel, one
+/// for red-green, and two for blue-yellow.
 const SENSITIVITY: [(f32, f32); 4] = [(1.0, 0.0047), (1.0, 0.0053), (34.1, 0.04), (13.5, 0.025)];
 
-/// D65 in XYZ, and one over it.
+/// The white D65 in XYZ, and 1 over each of its values.
 const WHITE: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_4];
 const PER_WHITE: [f32; 3] = [1.052_156_9, 1.0, 0.918_357_7];
 
-/// A reference made ready for many comparisons.
+/// A reference that is filtered once, for comparison with many pictures.
 pub struct Flip {
     width: usize,
     height: usize,
@@ -30,22 +33,22 @@ pub struct Flip {
 }
 
 struct Filters {
-    /// Achromatic, red-green, and both Gaussians of blue-yellow, by offset.
+    /// The weights of the achromatic Gaussian, of the red-green one and of both blue-yellow ones, by offset.
     spatial: Vec<[f32; 4]>,
-    /// Gaussian, first and second derivative, by offset.
+    /// The weights of a Gaussian and of its first and second derivative, by offset.
     feature: Vec<[f32; 3]>,
 }
 
-/// What an eye makes of a picture.
+/// A picture after the filters that model the eye.
 struct Seen {
-    /// CIELAB after contrast sensitivity, chroma scaled by lightness (Hunt).
+    /// CIELAB after the filter of contrast sensitivity, with chroma scaled by lightness (Hunt).
     color: Vec<[f32; 3]>,
-    /// Strength of edges and of points.
+    /// The strength of edges and of points.
     features: Vec<[f32; 2]>,
 }
 
 impl Flip {
-    /// `reference` is sRGB-encoded, in [0, 1].
+    /// Filters the reference, whose values are sRGB-encoded and in [0, 1].
     pub fn new(width: usize, height: usize, reference: &[[f32; 3]], pixels_per_degree: f32) -> Flip {
         let filters = Filters::new(pixels_per_degree);
         let reference = filters.see(width, height, reference);
@@ -64,7 +67,7 @@ impl Flip {
         color.zip(features).map(|(c, f)| c.powf(1.0 - f)).collect()
     }
 
-    /// Mean error where the mask holds; `None` where it never does.
+    /// The mean error over the pixels of the mask. `None` where the mask has no pixel.
     pub fn over(&self, picture: &[[f32; 3]], mask: &[bool]) -> Option<f64> {
         super::mean(self.map(picture).into_iter().zip(mask).filter(|(_, m)| **m).map(|(e, _)| f64::from(e)))
     }
@@ -78,7 +81,8 @@ impl Filters {
             .map(|x| {
                 let degrees = x as f32 * (1.0 / pixels_per_degree);
                 let mut weights = SENSITIVITY.map(|(a, b)| (a, b, (-PI * PI * (degrees * degrees) / b).exp()));
-                // A sum of two Gaussians is separable only one by one, each with the root of its factor.
+                // A sum of two Gaussians is not separable, but each of them is. Each is applied along rows and along
+                // columns, so its weights have the root of its factor.
                 weights.iter_mut().enumerate().for_each(|(i, w)| {
                     let factor = w.0 * (PI / w.1).sqrt();
                     w.2 *= if i < 2 { factor } else { factor.sqrt() };
@@ -100,7 +104,8 @@ impl Filters {
                 [g, -x * g, (x * x / (deviation * deviation) - 1.0) * g]
             })
             .collect();
-        // The Gaussian sums to 1; positive and negative parts of each derivative to 1 and −1.
+        // The Gaussian is scaled to sum to 1. The positive part of each derivative is scaled to sum to 1 and the
+        // negative part to sum to −1.
         let sum = |i: usize, positive: bool| -> f32 {
             feature.iter().map(|w| w[i]).filter(|w| (*w > 0.0) == positive).fold(0.0, |s, w| s + w.abs())
         };
@@ -130,11 +135,11 @@ impl Filters {
             })
             .collect();
         let grey: Vec<f32> = opponent.iter().map(|c| c[0] * (1.0 / 116.0) + 16.0 / 116.0).collect();
-        // First and second derivative along the row, and the Gaussian.
+        // Along the rows: the first and the second derivative, and the Gaussian.
         let sideways = along_rows(&grey, width, &self.feature, |sum: &mut [f32; 3], w, y| {
             *sum = [sum[0] + w[1] * y, sum[1] + w[2] * y, sum[2] + w[0] * y];
         });
-        // Both derivatives across, then both down.
+        // Along the columns: first both derivatives across, then both derivatives down.
         let derivatives = along_columns(&sideways, width, &self.feature, |sum: &mut [f32; 4], w, c| {
             *sum = [sum[0] + w[0] * c[0], sum[1] + w[0] * c[1], sum[2] + w[1] * c[2], sum[3] + w[2] * c[2]];
         });
@@ -144,7 +149,7 @@ impl Filters {
     }
 }
 
-/// A filter over rows; beyond a border its last pixel repeats.
+/// Applies a filter along the rows. Beyond a border, the last pixel before it repeats.
 fn along_rows<T: Copy, W: Copy, S: Copy + Default>(
     image: &[T],
     width: usize,
@@ -165,7 +170,7 @@ fn along_rows<T: Copy, W: Copy, S: Copy + Default>(
     out
 }
 
-/// The same over columns.
+/// Applies a filter along the columns. Beyond a border, the last pixel before it repeats.
 fn along_columns<T: Copy, W: Copy, S: Copy + Default>(
     image: &[T],
     width: usize,
@@ -198,7 +203,7 @@ fn xyz([r, g, b]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// YCxCz, the opponent space of the filters.
+/// The colour in YCxCz, the opponent space of the filters.
 fn opponent(rgb: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = xyz(rgb);
     let [x, y, z] = [x * PER_WHITE[0], y * PER_WHITE[1], z * PER_WHITE[2]];
@@ -224,23 +229,23 @@ fn lab([x, y, z]: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Colour counts for less where it is dark.
+/// Hunt's effect: chroma is scaled by lightness, so that it counts less where it is dark.
 fn hunt([l, a, b]: [f32; 3]) -> [f32; 3] {
     [l, 0.01 * l * a, 0.01 * l * b]
 }
 
-/// City block in lightness, Euclidean in chroma, raised to q_c.
+/// The HyAB distance, raised to q_c: city-block distance between lightness and chroma, Euclidean within chroma.
 fn hyab(r: [f32; 3], t: [f32; 3]) -> f32 {
     let chroma = ((r[1] - t[1]) * (r[1] - t[1]) + (r[2] - t[2]) * (r[2] - t[2])).sqrt();
     ((r[0] - t[0]).abs() + chroma).powf(COLOR_EXPONENT)
 }
 
-/// Between the most different colours of sRGB, green and blue.
+/// The distance between the two most different colours of sRGB, green and blue.
 fn most_different() -> f32 {
     hyab(hunt(lab(xyz([0.0, 1.0, 0.0]))), hunt(lab(xyz([0.0, 0.0, 1.0]))))
 }
 
-/// Colour differences up to the knee fill most of [0, 1].
+/// Maps a colour difference to [0, 1]. Differences up to the knee take up most of that range.
 fn color_error(difference: f32, most: f32) -> f32 {
     let knee = COLOR_KNEE * most;
     match difference < knee {

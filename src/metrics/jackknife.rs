@@ -1,26 +1,29 @@
-//! Intervals over random seeds for figures that have no value a seed: the delete-a-group jackknife.
+//! Intervals over random seeds by the delete-a-group jackknife, for figures that have no value for a single seed.
+//! [`super::lasting`] and `compare` call it.
 //!
-//! Seeds fall into at most [`GROUPS`] groups. A figure θ of all n seeds is computed again without each group j of m_j
-//! seeds, θ₍ⱼ₎. With h_j = n / m_j, the pseudo-values p_j = h_j·θ − (h_j − 1)·θ₍ⱼ₎ and their centre
-//! c = G·θ − Σ (1 − m_j/n)·θ₍ⱼ₎, the variance of θ is (1/G)·Σ (p_j − c)² / (h_j − 1): Busing, Meijer and van der Leeden,
-//! *Delete-m Jackknife for Unequal m*, Statistics and Computing 9, 1999. For equal groups it is the usual
-//! (G − 1)/G·Σ (θ₍ⱼ₎ − mean θ₍ⱼ₎)².
+//! The seeds are divided into G ≤ [`GROUPS`] groups. A figure θ of all n seeds is computed again without each group j,
+//! which has m_j seeds; that gives θ₍ⱼ₎. With h_j = n / m_j, the pseudo-values are p_j = h_j·θ − (h_j − 1)·θ₍ⱼ₎, and
+//! their centre is c = G·θ − Σ (1 − m_j/n)·θ₍ⱼ₎. The variance of θ is (1/G)·Σ (p_j − c)² / (h_j − 1): Busing, Meijer
+//! and van der Leeden, *Delete-m Jackknife for Unequal m*, Statistics and Computing 9, 1999. With equal groups this is
+//! the usual (G − 1)/G·Σ (θ₍ⱼ₎ − mean θ₍ⱼ₎)².
 
 use cyclopean_analysis::special::student_quantile;
 
-/// Groups that seeds fall into, by their order modulo this; fewer seeds are as many groups.
+/// The number of groups. Seed i, in the order in which seeds are added, belongs to group i modulo this number. Fewer
+/// seeds make fewer groups, of one seed each.
 pub const GROUPS: usize = 8;
 
-/// A figure of all seeds, and without each group in turn.
+/// A figure over all seeds, and the same figure with each group left out in turn.
 #[derive(Debug, Clone, Copy)]
 pub struct Figure<'a> {
     pub all: f64,
     pub without: &'a [f64],
 }
 
-/// The 95 % interval θ ± t·√variance, Student t with G − 1 degrees of freedom; `sizes` are the seeds in each group.
+/// The 95 % interval θ ± t·√variance, with Student's t for G − 1 degrees of freedom. `sizes` has the number of seeds in
+/// each group.
 ///
-/// `None`: fewer than two groups, not one value a group, or a value that is not finite.
+/// `None` where there are fewer than two groups, where not every group has a value, or where a value is not finite.
 pub fn interval(figure: Figure<'_>, sizes: &[u32]) -> Option<[f64; 2]> {
     let groups = sizes.len();
     let Figure { all, without } = figure;
@@ -29,7 +32,7 @@ pub fn interval(figure: Figure<'_>, sizes: &[u32]) -> Option<[f64; 2]> {
     }
     let count = groups as f64;
     let n: f64 = sizes.iter().map(|m| f64::from(*m)).sum();
-    // Everything as a distance from θ, so that equal values have an interval of no width to the last bit.
+    // All values are taken as distances from θ, so that the interval of equal values has exactly no width.
     let shifts = || without.iter().zip(sizes).map(|(w, m)| (w - all, n / f64::from(*m)));
     let centre = -shifts().map(|(shift, h)| (1.0 - 1.0 / h) * shift).sum::<f64>();
     let variance = shifts().map(|(shift, h)| (-(h - 1.0) * shift - centre).powi(2) / (h - 1.0)).sum::<f64>() / count;
@@ -37,8 +40,8 @@ pub fn interval(figure: Figure<'_>, sizes: &[u32]) -> Option<[f64; 2]> {
     Some([all - reach, all + reach])
 }
 
-/// The 95 % interval of a / b from [`interval`] of its logarithm. Both figures come from the same seeds in the same
-/// groups, so that a group's luck which both share cancels. `None` where any value is not above 0.
+/// The 95 % interval of a / b, from the [`interval`] of its logarithm. Both figures must come from the same seeds in
+/// the same groups, so that the luck of a seed that both share cancels. `None` where any value is not above 0.
 pub fn ratio(a: Figure<'_>, b: Figure<'_>, sizes: &[u32]) -> Option<[f64; 2]> {
     if a.without.len() != b.without.len() {
         return None;
@@ -59,7 +62,7 @@ mod tests {
         values.iter().sum::<f64>() / values.len() as f64
     }
 
-    /// Means without each group.
+    /// The means without each of the groups.
     fn without(values: &[f64], groups: usize) -> Vec<f64> {
         let kept = |g: usize| -> Vec<f64> {
             values.iter().enumerate().filter(|(i, _)| i % groups != g).map(|(_, v)| *v).collect()
@@ -79,8 +82,9 @@ mod tests {
 
     #[test]
     fn unequal_groups_have_the_formulas_interval() {
-        // By hand: groups {1, 4}, {2}, {6}: θ = 13/4, without them 4, 11/3, 7/3; h = 2, 4, 4;
-        // pseudo-values 2.5, 2, 6; c = 39/4 − (2 + 11/4 + 7/4) = 3.25; variance (0.5625 + 1.5625/3 + 7.5625/3)/3.
+        // Computed by hand. The groups are {1, 4}, {2} and {6}, so θ = 13/4, without each group 4, 11/3 and 7/3, and h
+        // = 2, 4 and 4. The pseudo-values are 2.5, 2 and 6, c = 39/4 − (2 + 11/4 + 7/4) = 3.25, and the variance is
+        // (0.5625 + 1.5625/3 + 7.5625/3)/3.
         let figure = Figure { all: 3.25, without: &[4.0, 11.0 / 3.0, 7.0 / 3.0] };
         let [lo, hi] = interval(figure, &[2, 1, 1]).expect("three groups");
         // scipy.stats.t.ppf(0.975, 2)
@@ -100,7 +104,7 @@ mod tests {
                 lo <= 0.0 && 0.0 <= hi
             };
             let share = (0..4000).filter(holds).count() as f64 / 4000.0;
-            // Three standard errors of 4,000 tries are 1 %.
+            // With 4,000 tries, three standard errors are 1 %.
             assert!((share - 0.95).abs() < 0.015, "{n} seeds: {share}");
         }
     }

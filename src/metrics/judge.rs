@@ -1,41 +1,42 @@
-//! One eye's picture against its reference, in every measure at once.
+//! Compares one eye's picture with its reference in all measures at once. `compare` and the command that compares two
+//! pictures make a [`Judge`] of a reference and ask it about pictures.
 
 use serde::Serialize;
 
 use super::error::mean_square;
 use super::{Flip, Ssim, errors, tone};
 
-/// A reference made ready for many pictures.
+/// A reference that is prepared once, for comparison with many pictures.
 pub struct Judge {
     /// Linear radiance.
     reference: Vec<[f32; 3]>,
-    /// The same as a display shows it.
+    /// The reference's display values.
     shown: Vec<[f32; 3]>,
     /// Pixels that count.
     mask: Vec<bool>,
     exposure: f32,
-    /// `None`: too small for its window.
+    /// `None`: the picture is smaller than the window of SSIM.
     ssim: Option<Ssim>,
     flip: Flip,
 }
 
-/// How a picture compares. What is undefined is `None`.
+/// The measures of one picture. A measure that is undefined is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Scores {
-    /// See [`super::Errors`]: linear radiance over the mask.
+    /// The errors in linear radiance over the mask; see [`super::Errors`].
     pub mse: f64,
     pub rse: Option<f64>,
     pub relmse: Option<f64>,
-    /// Mean of (x − y)² of the display values in [0, 1], tone-mapped with the reference's exposure; over the mask.
+    /// The mean over the mask of (x − y)² of display values in [0, 1], tone-mapped with the reference's exposure.
     pub tonemapped_mse: f64,
-    /// Tone-mapped with the reference's exposure; over windows whose centre the mask holds.
+    /// SSIM of the same display values, over the windows whose centre is in the mask.
     pub ssim: Option<f64>,
-    /// Tone-mapped likewise; over the mask.
+    /// FLIP of the same display values, over the mask.
     pub flip: Option<f64>,
 }
 
 impl Judge {
-    /// `reference` is linear radiance of `width`×`height` pixels.
+    /// Prepares a reference, which is linear radiance of `width`×`height` pixels.
     pub fn new(
         (width, height): (usize, usize),
         reference: &[[f32; 3]],
@@ -49,7 +50,7 @@ impl Judge {
         Judge { reference: reference.to_vec(), shown, mask, exposure, ssim, flip }
     }
 
-    /// `None`: no pixel counts.
+    /// The measures of a picture in linear radiance. `None`: no pixel counts.
     ///
     /// # Panics
     /// When the sizes differ.
@@ -57,17 +58,17 @@ impl Judge {
         self.of_displayed(picture, &self.displayed(picture))
     }
 
-    /// Display values of a picture with the reference's exposure.
+    /// The display values of a picture, with the reference's exposure.
     pub fn displayed(&self, picture: &[[f32; 3]]) -> Vec<[f32; 3]> {
         tone::displayed(picture, self.exposure)
     }
 
-    /// Display values of the reference.
+    /// The display values of the reference.
     pub fn reference_displayed(&self) -> &[[f32; 3]] {
         &self.shown
     }
 
-    /// [`Judge::of`] a picture whose display values, `shown`, are known already.
+    /// The same as [`Judge::of`] for a picture whose display values, `shown`, are already known.
     ///
     /// # Panics
     /// When the sizes differ.
@@ -90,8 +91,8 @@ mod tests {
 
     #[test]
     fn the_tone_mapped_error_is_that_of_what_a_display_shows() {
-        // At exposure 2 the greys 0.25 and 0.05 are shown as 0.5 and 0.1: 0.04 less, then sRGB. The last pixel is
-        // masked out.
+        // At exposure 2 the greys 0.25 and 0.05 become 0.5 and 0.1. The tone map takes 0.04 off, then they are encoded
+        // as sRGB. The last pixel is masked out.
         let (y, x) = ([[0.25; 3], [0.05; 3], [9.0; 3]], [[0.05; 3], [0.05; 3], [0.0; 3]]);
         let judge = Judge::new((3, 1), &y, vec![true, true, false], 2.0, 67.0);
         let srgb = |c: f64| 1.055 * c.powf(1.0 / 2.4) - 0.055;

@@ -1,10 +1,12 @@
-//! The lasting difference between the eyes without the noise that a mean over few seeds still holds, and how sure the
-//! figures of consistency are of the seeds they were measured with.
+//! Estimates the difference between the eyes that stays whatever the seed is, free of the noise that is left in a mean
+//! over a few seeds. It also gives intervals for the measures of consistency, over the seeds. [`super::stereo`] calls
+//! it.
 //!
-//! D_i is L − R of a pair with seed i; R₁ and R₂ are the same of two references with different seeds. Products of
-//! independent errors vanish on average, so (D_i − R₁)·(D_j − R₂) with i ≠ j is right in the mean, at any noise of the
-//! method and of the references. With m = (R₁ + R₂)/2, h = (R₁ − R₂)/2 and C_i = D_i − m its average over all i ≠ j, both
-//! ways round, is (S² − Q)/(n(n − 1)) − h², S = Σ C_i, Q = Σ C_i².
+//! Let D_i be L − R of a pair with seed i, and let R₁ and R₂ be L − R of two references with different seeds. The
+//! product of two independent errors is 0 on average. So (D_i − R₁)·(D_j − R₂) with i ≠ j has the right mean, however
+//! noisy the method and the references are. Let m = (R₁ + R₂)/2, h = (R₁ − R₂)/2, C_i = D_i − m, S = Σ C_i and Q = Σ
+//! C_i². The average of the product over all i ≠ j and over both ways to assign the references is (S² − Q)/(n(n − 1)) −
+//! h².
 
 use cyclopean_analysis::special::student_upper;
 use serde::{Deserialize, Serialize};
@@ -12,19 +14,19 @@ use serde::{Deserialize, Serialize};
 use super::jackknife::{self, Figure, GROUPS};
 use super::pairs::{MATCH, Pairs, seen};
 
-/// What two references with different seeds say of each pair.
+/// What two references with different seeds show at each pair.
 #[derive(Debug, Clone)]
 pub struct Agreement {
-    /// m: mean of both references' L − R, luminance.
+    /// m: the mean of L − R over both references, luminance.
     middle: Vec<f64>,
-    /// h²: squared half of what the two disagree in.
+    /// h²: the square of half the difference between the two references' L − R.
     apart: Vec<f64>,
-    /// Mean luminance of both eyes in both references, at least ε.
+    /// The mean luminance of both eyes in both references, at least ε.
     base: Vec<f64>,
 }
 
 impl Agreement {
-    /// Of the linear composites of both eyes.
+    /// Compares two references, each given as the linear composites of both eyes.
     pub fn new(pairs: &Pairs, first: [&[[f32; 3]]; 2], second: [&[[f32; 3]]; 2]) -> Agreement {
         let mut found = Agreement { middle: Vec::new(), apart: Vec::new(), base: Vec::new() };
         for pair in &pairs.pairs {
@@ -38,50 +40,54 @@ impl Agreement {
     }
 }
 
-/// Sums over the seeds of each group, so that a thousand seeds take no more memory than eight.
+/// Sums over the seeds of each group. Only these are kept, so that a thousand seeds take no more memory than eight.
 #[derive(Debug, Clone)]
 pub struct Lasting<'a> {
     agreement: &'a Agreement,
-    /// Seeds added so far by group.
+    /// The number of seeds added so far, by group.
     sizes: [u32; GROUPS],
-    /// By pair and group, ΣC and ΣC².
+    /// ΣC and ΣC², by pair and group.
     sums: Vec<[[f64; 2]; GROUPS]>,
 }
 
-/// The squared lasting contrast of the pairs that the reference does not have itself.
+/// The squared lasting contrast of the pairs, less what the reference itself has of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unbiased {
-    /// Mean over pairs of the average of (D_i − R₁)(D_j − R₂) over i ≠ j, over the pair's squared mean luminance: the
-    /// references' or the method's over all seeds, whichever is larger. Noise alone estimates 0 on average and may well give a value below 0.
+    /// For each pair, the average of (D_i − R₁)(D_j − R₂) over i ≠ j is divided by the square of the pair's mean
+    /// luminance. That luminance is the references' or the method's over all seeds, whichever is larger. This is the
+    /// mean over the pairs. Where there is only noise it is 0 on average, so it may be negative.
     pub squared: f64,
-    /// √ of `squared`, 0 where that is negative; a Weber contrast.
+    /// The root of `squared`, or 0 where that is negative. A Weber contrast.
     pub rms: f64,
-    /// 95 % of `squared` over seeds, the references as they are; null below three seeds.
+    /// The 95 % interval of `squared` over the seeds, with the references taken as given. `None` (in JSON null) with
+    /// fewer than three seeds.
     pub interval: Option<[f64; 2]>,
 }
 
-/// Figures without each group of seeds in turn, from which intervals are made; empty where the seeds are too few.
+/// The figures computed again with each group of seeds left out in turn. Intervals are made from them. The lists of
+/// figures are empty where there are too few seeds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Without {
-    /// Seeds in each group: round r, counted from 1, belongs to group (r − 1) modulo 8.
+    /// The number of seeds in each group. Round r, counted from 1, belongs to group (r − 1) modulo 8.
     pub seeds: Vec<u32>,
     pub systematic_unbiased: Vec<f64>,
     pub systematic_inconsistency: Vec<f64>,
     pub noise_variance: Vec<f64>,
 }
 
-/// What is known over the seeds.
+/// What all seeds together show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverSeeds {
     pub unbiased: Unbiased,
-    /// 95 % of [`super::stereo::Systematic::share`], within 0 to 1. Approximate: the share counts means beyond a threshold.
+    /// The 95 % interval of [`super::stereo::Systematic::share`], cut to 0 to 1. It is approximate, because the share
+    /// counts the means that lie beyond a threshold.
     pub share: Option<[f64; 2]>,
-    /// 95 % of the mean variance of L − R, not below 0; luminance².
+    /// The 95 % interval of the mean variance of L − R, cut at 0; luminance².
     pub noise_variance: Option<[f64; 2]>,
     pub without: Without,
 }
 
-/// Sums of a pair over some of the seeds.
+/// The sums of one pair over some of the seeds.
 #[derive(Debug, Clone, Copy)]
 struct Part {
     n: f64,
@@ -90,18 +96,18 @@ struct Part {
 }
 
 impl Part {
-    /// Average of C_i·C_j over i ≠ j.
+    /// The average of C_i·C_j over i ≠ j.
     fn product(self) -> f64 {
         (self.sum * self.sum - self.squares) / (self.n * (self.n - 1.0))
     }
 
-    /// With n − 1; rounding makes nothing negative.
+    /// The sample variance, with n − 1. Rounding could make it negative, so it is cut at 0.
     fn variance(self) -> f64 {
         ((self.squares - self.sum * self.sum / self.n) / (self.n - 1.0)).max(0.0)
     }
 }
 
-/// The figures of some of the seeds.
+/// The figures over some of the seeds.
 #[derive(Debug, Clone, Copy, Default)]
 struct Figures {
     unbiased: f64,
@@ -114,7 +120,7 @@ impl<'a> Lasting<'a> {
         Lasting { agreement, sizes: [0; GROUPS], sums: vec![[[0.0; 2]; GROUPS]; agreement.base.len()] }
     }
 
-    /// Adds the next seed's L − R, luminance, in the order of the pairs.
+    /// Adds L − R (luminance) of the next seed, in the order of the pairs.
     pub fn add(&mut self, differences: impl IntoIterator<Item = f64>) {
         let group = self.sizes.iter().sum::<u32>() as usize % GROUPS;
         self.sizes[group] += 1;
@@ -125,15 +131,17 @@ impl<'a> Lasting<'a> {
         }
     }
 
-    /// What the seeds so far show; `None` below two seeds or without pairs. `bases` are the pairs' mean luminances over
-    /// the method's own seeds, at least ε: what the systematic share is relative to. All groups share them.
+    /// What the seeds so far show. `None` with fewer than two seeds or without pairs. `bases` holds each pair's mean
+    /// luminance over all of the method's seeds, at least ε. The systematic share is relative to it, also where a group
+    /// is left out.
     pub fn found(&self, bases: &[f64]) -> Option<OverSeeds> {
         let n: u32 = self.sizes.iter().sum();
         if n < 2 || self.sums.is_empty() {
             return None;
         }
         let sizes: Vec<u32> = self.sizes.iter().copied().filter(|m| *m > 0).collect();
-        // What is left without any group must have a variance.
+        // Whichever group is left out, at least two seeds must stay, because one has no variance. The first group is
+        // the largest.
         let groups = if n - sizes[0] >= 2 { 0..sizes.len() } else { 0..0 };
         let (all, without) = std::thread::scope(|scope| {
             let parts: Vec<_> = groups.map(|g| scope.spawn(move || self.figures(Some(g), bases))).collect();
@@ -162,7 +170,7 @@ impl<'a> Lasting<'a> {
         })
     }
 
-    /// Of all seeds but those of one group.
+    /// The figures over all seeds, or over all but those of one group.
     fn figures(&self, without: Option<usize>, bases: &[f64]) -> Figures {
         let kept = |group: usize| Some(group) != without;
         let n: u32 = (0..GROUPS).filter(|g| kept(*g)).map(|g| self.sizes[g]).sum();
@@ -173,8 +181,8 @@ impl<'a> Lasting<'a> {
                 part.sum += c;
                 part.squares += squares;
             }
-            // Neither base alone bounds the contrast: where it is nearly black and the other is not, one pair would
-            // outweigh all others.
+            // The larger base is taken, because neither alone bounds the contrast. Where one base is nearly black and
+            // the other is not, a single pair would outweigh all others.
             let base = self.agreement.base[pair].max(*own_base);
             sum.unbiased += (part.product() - self.agreement.apart[pair]) / (base * base);
             let variance = part.variance();
@@ -192,14 +200,14 @@ impl<'a> Lasting<'a> {
     }
 }
 
-/// The probability that noise alone brings a mean contrast of n seeds beyond the threshold; `error` is the standard
-/// error of that contrast. Nothing happens by chance where nothing varies.
+/// The probability that noise alone brings a mean contrast over n seeds beyond the threshold. `error` is the standard
+/// error of that contrast. Without any noise the probability is 0.
 pub(super) fn chance(threshold: f64, error: f64, n: f64) -> f64 {
     if error > 0.0 { 2.0 * student_upper(threshold / error, n - 1.0) } else { 0.0 }
 }
 
-/// Storey's estimate of the share that truly lies beyond a threshold, from the share that does and the share that
-/// noise alone would bring there.
+/// Storey's estimate of the share that truly lies beyond a threshold. `raw` is the share that is found there, and
+/// `by_chance` the share that noise alone would bring there.
 pub(super) fn share(raw: f64, by_chance: f64) -> f64 {
     if by_chance < 1.0 { ((raw - by_chance) / (1.0 - by_chance)).max(0.0) } else { 0.0 }
 }
@@ -209,7 +217,8 @@ mod tests {
     use super::*;
     use cyclopean_analysis::chance::Stream;
 
-    /// Pairs of mean luminance 2 that differ by `lasting` in a method and by `owed` in the references' limit.
+    /// Pairs of mean luminance 2. L − R is `lasting` in a method and `owed` in the references, both without their
+    /// noise.
     struct World {
         pairs: u32,
         seeds: u32,
@@ -239,7 +248,7 @@ mod tests {
             lasting.found(&vec![2.0; count]).expect("pairs and seeds")
         }
 
-        /// Mean of `squared` over repetitions and its standard error.
+        /// The mean of `squared` over repetitions, and its standard error.
         fn squared(&self, repetitions: u32) -> (f64, f64) {
             let mut stream = Stream::new(11, u64::from(self.seeds));
             let values: Vec<f64> = (0..repetitions).map(|_| self.found(&mut stream).unbiased.squared).collect();
@@ -251,11 +260,12 @@ mod tests {
     #[test]
     fn noise_of_method_and_references_drops_out() {
         for seeds in [2, 3, 9] {
-            // The references differ between the eyes as well, and the method as they do: nothing is left.
+            // With 0.3 the references differ between the eyes as well, and the method exactly as they do, so 0 is
+            // expected.
             for owed in [0.0, 0.3] {
                 let world = World { pairs: 20, seeds, lasting: owed, owed, noise: 0.8, reference_noise: 0.2 };
                 let (mean, error) = world.squared(1500);
-                // A naive D̄² would be 0.64/n larger before it is divided by 4.
+                // The square of the mean difference would be too large by 0.64/n, before it is divided by 4.
                 assert!(mean.abs() < 4.0 * error && error < 0.005, "{seeds} seeds: {mean} ± {error}");
             }
         }
@@ -266,19 +276,20 @@ mod tests {
         for seeds in [2, 3, 5] {
             let world = World { pairs: 20, seeds, lasting: 0.5, owed: 0.1, noise: 0.8, reference_noise: 0.2 };
             let (mean, error) = world.squared(1500);
-            // (0.4 / 2)², the base a little noisy: 0.2 of noise in one of four luminances moves it by a part in 10⁴.
+            // (0.4 / 2)² takes the base to be 2. It is really about 2.05 and a little noisy. The tolerance allows for
+            // both.
             assert!((mean - 0.04).abs() < 4.0 * error + 1e-3 * 0.04, "{seeds} seeds: {mean} ± {error}");
         }
         let exact = World { pairs: 5, seeds: 3, lasting: 0.5, owed: 0.1, noise: 0.0, reference_noise: 0.0 };
         let found = exact.found(&mut Stream::new(1, 1)).unbiased;
-        // Base: (2.1 + 2)/2.
+        // The base is (2.1 + 2)/2.
         assert!((found.squared - (0.4 / 2.05f64).powi(2)).abs() < 1e-6, "{found:?}");
         assert!((found.rms - 0.4 / 2.05).abs() < 1e-6);
     }
 
     #[test]
     fn a_base_that_moves_with_the_noise_brings_no_difference_of_its_own() {
-        // Both eyes have the same skewed noise about a dark reference, so the method's luminance is the base.
+        // Both eyes have the same skewed noise above a dark reference, so the base is the method's luminance.
         let pairs = Pairs { candidates: 1, undecided: 0, different: 0, epsilon: 0.01, pairs: vec![[0, 0]] };
         let dark = [[0.1f32; 3]];
         let agreement = Agreement::new(&pairs, [&dark, &dark], [&dark, &dark]);
@@ -293,7 +304,7 @@ mod tests {
         let (mean, sd) = cyclopean_analysis::special::mean_sd(&(0..20_000).map(once).collect::<Vec<_>>());
         let error = sd.expect("repetitions") / 20_000f64.sqrt();
         assert!(mean.abs() < 4.0 * error && error < 0.01, "{mean} ± {error}");
-        // What only one eye sees where the reference is black has the largest contrast there is, 2.
+        // What only one eye sees, where the reference is dark, has the largest contrast that is possible, 2.
         let mut lasting = Lasting::new(&agreement);
         (0..3).for_each(|_| lasting.add([5.0]));
         assert_eq!(lasting.found(&[2.5]).expect("three seeds").unbiased.squared, 4.0);
@@ -301,7 +312,7 @@ mod tests {
 
     #[test]
     fn intervals_hold_the_truth_about_95_times_in_100() {
-        // 21 seeds fall into groups of three and of two.
+        // 21 seeds make groups of three and of two seeds.
         for seeds in [16, 21] {
             let world = World { pairs: 40, seeds, lasting: 0.5, owed: 0.1, noise: 0.8, reference_noise: 0.0 };
             let truth = (0.4 / 2.05f64).powi(2);
@@ -314,7 +325,7 @@ mod tests {
                 let [lo, hi] = found.noise_variance.expect("eight groups");
                 variance += u32::from((lo..=hi).contains(&0.64));
             }
-            // Three standard errors of 1,000 tries are 2 %.
+            // With 1,000 tries, three standard errors are 2 %.
             for held in [squared, variance] {
                 assert!((930..=975).contains(&held), "{seeds} seeds: {squared} and {variance} of 1,000");
             }

@@ -1,7 +1,8 @@
-//! How far a picture is from its reference, and how far what one eye sees is from what the other does.
+//! Measures how far a picture is from its reference, and how far the picture of one eye is from that of the other.
 //!
-//! Functions of their arguments: no device, no file. Pictures are one eye's pixels, rows from the top; definitions,
-//! units and sources are in `docs/compare.md`.
+//! Pictures go in, each as the pixels of one eye with the rows from the top. Numbers come out. Nothing here uses a
+//! graphics device or reads a file. `compare` and the command that compares two pictures call it. `docs/compare.md` has
+//! the definitions, units and sources.
 
 pub mod ambient;
 pub mod error;
@@ -28,12 +29,12 @@ pub use network::Networks;
 pub use pairs::{Pairs, Surfaces};
 pub use ssim::Ssim;
 
-/// Of linear Rec. 709.
+/// The luminance of a linear Rec. 709 colour.
 pub fn luminance(color: [f32; 3]) -> f64 {
     0.2126 * f64::from(color[0]) + 0.7152 * f64::from(color[1]) + 0.0722 * f64::from(color[2])
 }
 
-/// The mean, `None` of nothing.
+/// The mean of some values. `None` without any.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (mut sum, mut n) = (0.0, 0u64);
     for value in values {

@@ -1,10 +1,12 @@
-//! Bias and variance of a method over its random seeds, pixel by pixel.
+//! Bias and variance of a method over its random seeds, pixel by pixel. `compare` adds each round's frame and then asks
+//! for the [`Split`].
 //!
-//! Running means and sums of squares (Welford 1962) in f64, so that a thousand frames cost no more memory than one.
+//! Only running means and sums of squares (Welford 1962) are kept, in f64, so that a thousand frames take no more
+//! memory than one.
 
 use serde::Serialize;
 
-/// Mean and spread of each value over the frames added so far. A value is a channel of a pixel.
+/// The mean and the spread of each value over the frames that were added. A value is one channel of one pixel.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
     frames: u32,
@@ -13,21 +15,22 @@ pub struct Moments {
     squares: Vec<f64>,
 }
 
-/// The mean squared error in two parts: mean MSE over seeds = `bias2` + `variance`, exactly.
+/// The mean squared error, split in two. The sum of `bias2` and `variance` is exactly the mean over the seeds of the
+/// MSE.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Split {
-    /// Mean over values of (mean − reference)² − s²/n, unbiased but for the reference's own noise, which adds the
-    /// reference's variance. Noise can make it a little negative.
+    /// The mean over all values of (mean − reference)² − s²/n. It is an unbiased estimate but for the reference's own
+    /// noise, which adds the reference's variance. Chance can make it a little negative.
     pub bias2: f64,
-    /// Mean over values of s², with n − 1.
+    /// The mean over all values of the sample variance s², with n − 1.
     pub variance: f64,
 }
 
 impl Moments {
-    /// Adds a frame's values, as many and in the order of every other frame.
+    /// Adds a frame's values. Every frame must have as many values, and in the same order.
     ///
     /// # Panics
-    /// When there are more or fewer than in the first frame.
+    /// When the frame has more or fewer values than the first one.
     pub fn add(&mut self, frame: impl IntoIterator<Item = f64>) {
         self.frames += 1;
         if self.frames == 1 {
@@ -46,23 +49,23 @@ impl Moments {
         assert!(values.next().is_none(), "as many values as before");
     }
 
-    /// Frames added.
+    /// The number of frames that were added.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// Mean of each value over the frames.
+    /// The mean of each value over the frames.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// Variance of each value over the frames, with n − 1; `None` below two frames.
+    /// The variance of each value over the frames, with n − 1. `None` with fewer than two frames.
     pub fn variances(&self) -> Option<impl Iterator<Item = f64>> {
         let free = f64::from(self.frames.saturating_sub(1));
         (self.frames > 1).then(|| self.squares.iter().map(move |s| s / free))
     }
 
-    /// Against the reference's values; `None` below two frames, or without values.
+    /// The split of the error against the reference's values. `None` with fewer than two frames or without values.
     pub fn split(&self, reference: impl IntoIterator<Item = f64>) -> Option<Split> {
         let n = f64::from(self.frames);
         let (mut bias2, mut variance, mut values) = (0.0, 0.0, 0u64);

@@ -1,8 +1,11 @@
-//! Which pixels of the two eyes show the same reflection: chosen once a scene, from the reference alone.
+//! Finds the pairs of pixels, one in each eye, that show the same reflection. The surfaces of both views and the
+//! reference go in, and [`Pairs`] come out. `compare` chooses them once for a view, from the reference alone, so that
+//! every method is measured at the same pairs.
 //!
-//! A pixel of the left eye sees the virtual image of what it reflects, as far behind the surface on its own view ray as
-//! the hit is away. That image's line to the right eye meets the surface's plane in the partner (paper §4.3, Fig. 7).
-//! A pair must lead back, lie on the same surface, and have one luminance in the reference.
+//! A pixel of the left eye sees the virtual image of what it reflects. The image lies on the pixel's view ray, as far
+//! behind the surface as the hit is away from it. The line from the image to the right eye meets the plane of the
+//! surface in the partner (paper §4.3, Fig. 7). A pair is kept if it leads back to its pixel, lies on the same surface,
+//! and has the same luminance in both eyes of the reference.
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -10,38 +13,40 @@ use serde::{Deserialize, Serialize};
 use super::luminance;
 use crate::scene::{Eye, EyeCamera, StereoCamera};
 
-/// Luminances of a pair may differ by this in the reference (Weber contrast): what an observer hardly sees.
+/// The largest Weber contrast between the luminances of a pair in the reference. An observer hardly sees it.
 pub const MATCH: f64 = 0.02;
-/// The standard error of that difference must not exceed this, or the reference cannot tell.
+/// The largest standard error of that contrast. With a larger one the reference cannot tell whether the pair matches.
 pub const SURE: f64 = 0.01;
 
-/// Same surface: cosine between normals, distance from the plane relative to the view's (as `common/pair.glsl`).
+/// When two pixels show the same surface, as in `common/pair.glsl`: the least cosine between their normals, and the
+/// largest distance from the plane relative to the distance along the view's axis.
 const LEAST_COSINE: f64 = 0.9;
 const PLANE_TOLERANCE: f64 = 0.01;
 
-/// What the pixels of one eye show, rows from the top.
+/// What the pixels of one eye show, with the rows from the top.
 #[derive(Debug, Clone, Copy)]
 pub struct EyeSurfaces<'a> {
-    /// The pixel traces a reflection ray.
+    /// Whether the pixel traces a reflection ray.
     pub traced: &'a [bool],
-    /// Raw: near plane / distance along the view.
+    /// Raw depth: the near plane over the distance along the view's axis.
     pub depth: &'a [f32],
     pub instance: &'a [u32],
     /// Shading normal, unit length.
     pub normal: &'a [Vec3],
-    /// The triangle's, unit length.
+    /// Normal of the triangle, unit length.
     pub face_normal: &'a [Vec3],
-    /// Perceptual.
+    /// Perceptual roughness.
     pub roughness: &'a [f32],
-    /// 1/metres, the lobe's mean; 0: the sky. Negative: no path of the pixel was above the horizon.
+    /// 1 / the distance to what is reflected, in 1/m, as the mean over the lobe. 0 is the sky. It is negative where no
+    /// path of the pixel went above the horizon.
     pub inverse_hit_distance: &'a [f32],
 }
 
-/// What both eyes see.
+/// What the pixels of both eyes show, and the cameras that see it.
 #[derive(Debug, Clone, Copy)]
 pub struct Surfaces<'a> {
     pub camera: &'a StereoCamera,
-    /// Pixels of one eye.
+    /// Size of one eye's picture, pixels.
     pub width: usize,
     pub height: usize,
     /// Perceptual roughness below which a surface is a mirror.
@@ -49,39 +54,40 @@ pub struct Surfaces<'a> {
     pub eyes: [EyeSurfaces<'a>; 2],
 }
 
-/// The reference by eye, for the choice of pairs.
+/// The reference's pictures by eye, from which pairs are chosen.
 #[derive(Debug, Clone, Copy)]
 pub struct Reference<'a> {
     /// Linear radiance.
     pub linear: [&'a [[f32; 3]]; 2],
-    /// Standard error of the reflection, per channel.
+    /// Standard error of the reflection, by channel.
     pub error: [&'a [[f32; 3]]; 2],
 }
 
-/// The chosen pairs and what was not chosen. Stored with the reference, so that every method meets the same ones.
+/// The chosen pairs, and how many were not chosen. They are stored with the reference, so that every method is measured
+/// at the same ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pairs {
-    /// Pixels of the left eye with a partner by geometry.
+    /// The number of pixels of the left eye that have a partner by geometry.
     pub candidates: u64,
-    /// Of these: the reference's noise leaves open whether they match.
+    /// How many of these the reference is too noisy for: it cannot tell whether they match.
     pub undecided: u64,
-    /// Of these: the reference differs between the eyes by more than [`MATCH`].
+    /// How many of these differ between the eyes of the reference by more than [`MATCH`].
     pub different: u64,
-    /// Least mean luminance in a Weber contrast: 1 % of the reference's mean.
+    /// ε: the least luminance that a Weber contrast is divided by. It is 1 % of the reference's mean luminance.
     pub epsilon: f64,
-    /// Index of the pixel in the left and in the right eye, row-major.
+    /// The index of the pixel in the left and in the right eye, row-major.
     pub pairs: Vec<[u32; 2]>,
 }
 
 impl Pairs {
-    /// Pairs of these surfaces that the reference matches.
+    /// Chooses the pairs of these surfaces whose luminances match in the reference.
     pub fn choose(surfaces: &Surfaces<'_>, reference: &Reference<'_>) -> Pairs {
         let mean = super::mean(reference.linear.iter().flat_map(|e| e.iter()).map(|c| luminance(*c)));
         let mut chosen = Pairs {
             candidates: 0,
             undecided: 0,
             different: 0,
-            // A black scene has no contrast, whatever divides it.
+            // In a black scene every difference is 0, so any number above 0 will do.
             epsilon: (0.01 * mean.unwrap_or(0.0)).max(f64::MIN_POSITIVE),
             pairs: Vec::new(),
         };
@@ -89,8 +95,8 @@ impl Pairs {
             chosen.candidates += 1;
             let at = [left, right];
             let seen = [0, 1].map(|eye| luminance(reference.linear[eye][at[eye]]));
-            // The channels come from the same paths, so their errors add up linearly: exact for grey light, an upper
-            // bound for any.
+            // The channels come from the same paths, so their errors are added linearly. This is exact for grey light
+            // and an upper bound for any other.
             let error = [0, 1].map(|eye| luminance(reference.error[eye][at[eye]]));
             let base = ((seen[0] + seen[1]) / 2.0).max(chosen.epsilon);
             if error[0].hypot(error[1]) / base > SURE {
@@ -109,23 +115,24 @@ impl Pairs {
 struct Pixel {
     instance: u32,
     position: DVec3,
-    /// Towards its eye, unit length.
+    /// Direction towards its eye, unit length.
     v: DVec3,
     normal: DVec3,
     face_normal: DVec3,
     roughness: f32,
-    /// Along the view's axis, metres.
+    /// Distance along the view's axis, metres.
     distance: f64,
     inverse_hit_distance: f64,
 }
 
 impl Surfaces<'_> {
-    /// Every pixel of the left eye that has a partner in the right one, by geometry alone; indices, row-major.
+    /// Every pixel of the left eye that has a partner in the right eye by geometry alone, with that partner. Both are
+    /// indices, row-major.
     pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
         (0..self.width * self.height).filter_map(|left| Some([left, self.partner(left)?]))
     }
 
-    /// The right eye's pixel that shows what the left eye's does.
+    /// The pixel of the right eye that shows the same reflection as a pixel of the left eye.
     fn partner(&self, left: usize) -> Option<usize> {
         let p = self.pixel(Eye::Left, left)?;
         let right = self.index(self.image_in(&p, Eye::Right)?)?;
@@ -135,7 +142,8 @@ impl Surfaces<'_> {
             && mirror(&q) == mirror(&p)
             && q.normal.dot(p.normal) >= LEAST_COSINE
             && (q.position - p.position).dot(p.face_normal).abs() <= PLANE_TOLERANCE * p.distance;
-        // By the partner's own hit distance, so that what both reflect lies equally far, within the lobe's footprint.
+        // The way back uses the partner's own hit distance. So it leads back only where both reflect something at the
+        // same distance, to within the lobe's footprint.
         let back = self.image_in(&q, Eye::Left).filter(|_| same)?;
         let off = (back.0 - self.centre(left).0).hypot(back.1 - self.centre(left).1);
         (off <= self.lobe_pixels(&p).max(1.0)).then_some(right)
@@ -165,8 +173,8 @@ impl Surfaces<'_> {
         })
     }
 
-    /// Where an eye sees, in the plane of p, what p reflects (pixels); in inverse distances, so that the sky is no
-    /// special case.
+    /// The place in an eye's picture (pixels) where that eye sees, in the plane of p, what p reflects. It is computed
+    /// with inverse distances, so that the sky is no special case.
     fn image_in(&self, p: &Pixel, eye: Eye) -> Option<(f64, f64)> {
         let camera = self.camera.eye(eye);
         let to_eye = camera.position - p.position;
@@ -186,7 +194,7 @@ impl Surfaces<'_> {
         Some((x, y))
     }
 
-    /// Half the lobe's width as the disparity of what it reflects, pixels.
+    /// Half the width of the lobe, in pixels, as a disparity of what is reflected.
     fn lobe_pixels(&self, p: &Pixel) -> f64 {
         let [left, right, up, down] = sides(&self.camera.left);
         let pixel = ((right - left) / self.width as f64).max((up - down) / self.height as f64);
@@ -197,20 +205,20 @@ impl Surfaces<'_> {
         ((index % self.width) as f64 + 0.5, (index / self.width) as f64 + 0.5)
     }
 
-    /// The pixel around a point; `None` outside the view.
+    /// The index of the pixel that holds a point. `None`: the point is outside the view.
     fn index(&self, (x, y): (f64, f64)) -> Option<usize> {
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         inside.then(|| y as usize * self.width + x as usize)
     }
 }
 
-/// The frustum at distance 1: left, right, up, down.
+/// The sides of the frustum at distance 1: left, right, up, down.
 fn sides(camera: &EyeCamera) -> [f64; 4] {
     let fov = &camera.fov;
     [fov.left_rad, fov.right_rad, fov.up_rad, fov.down_rad].map(f64::tan)
 }
 
-/// Luminances of a pair.
+/// The luminances of a pair in the left and in the right eye.
 pub(super) fn seen(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
     [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]))
 }
@@ -224,7 +232,7 @@ mod tests {
     const W: usize = 64;
     const H: usize = 48;
 
-    /// A floor one metre below the eyes that reflects what lies `hit_m` beyond it; seen 45° downwards.
+    /// A floor one metre below the eyes, which look 45° downwards. It reflects something that is `hit_m` away from it.
     struct Floor {
         camera: StereoCamera,
         depth: [Vec<f32>; 2],
@@ -274,7 +282,7 @@ mod tests {
         }
     }
 
-    /// What a mirror shows of a point: where the eye sees the point below the floor.
+    /// A mirror shows a point where the eye would see the mirrored point below the floor.
     #[test]
     fn a_mirror_pairs_pixels_that_see_the_same_point() {
         let grey = vec![[1.0; 3]; W * H];
@@ -283,7 +291,7 @@ mod tests {
             let found = floor.pairs(&grey, &grey, 0.0);
             assert!(found.pairs.len() > W * H / 2, "{} pairs", found.pairs.len());
             for [l, r] in found.pairs.iter().map(|p| p.map(|i| i as usize)) {
-                // Mirrored in the floor, the left eye's ray goes on for hit_m below it.
+                // The left eye's ray, prolonged by hit_m below the floor, ends in the virtual image.
                 let e = &floor.camera.left;
                 let [left, right, up, down] = sides(e);
                 let (x, y) = ((l % W) as f64 + 0.5, (l / W) as f64 + 0.5);

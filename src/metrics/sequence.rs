@@ -1,8 +1,10 @@
-//! Errors of a sequence from two independent runs of it: what stays, what is noise, and what flickers from frame to frame.
+//! Splits the errors of a sequence into bias, noise and flicker from frame to frame. The frames of two independent runs
+//! and of two independent references go in. `compare::sequence` calls it.
 //!
-//! There are two independent references as well. The product of one run's difference from the first and the other run's from
-//! the second has the squared bias as its mean, whatever the noise of either; half the squared difference of the runs has a
-//! run's variance. A standard error would not do: the samples of a reference are stratified, and it says too much.
+//! Take the difference of one run from the first reference and that of the other run from the second one. The mean of
+//! their product is the squared bias, however noisy the runs and the references are. The mean of half the squared
+//! difference between the runs is the variance of a run. The reference's noise is not estimated from a standard error,
+//! which would be too large, because the samples of a reference are stratified.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,22 +12,22 @@ use super::luminance;
 use super::pairs::EyeSurfaces;
 use crate::scene::EyeCamera;
 
-/// A frame's squared error and its parts, linear radiance squared, mean over pixels and channels.
+/// The squared error of a frame and its parts: means over pixels and channels, in linear radiance squared.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ErrorParts {
     pub mse: f64,
-    /// May fall below 0 by chance where there is hardly any.
+    /// May be negative by chance where there is hardly any bias.
     pub bias2: f64,
     pub variance: f64,
 }
 
-/// The parts over the pixels of a mask; `None` where it holds none.
+/// The parts of the error over the pixels of a mask. `None` where the mask has no pixel.
 pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]) -> Option<ErrorParts> {
     let (mut bias2, mut variance, mut n) = (0.0, 0.0, 0.0);
     for i in (0..mask.len()).filter(|i| mask[*i]) {
         for c in 0..3 {
             let (x, y) = (runs.map(|run| f64::from(run[i][c])), references.map(|r| f64::from(r[i][c])));
-            // Either run with either reference.
+            // Each run is taken with each reference once.
             bias2 += ((x[0] - y[0]) * (x[1] - y[1]) + (x[0] - y[1]) * (x[1] - y[0])) / 2.0;
             variance += (x[0] - x[1]).powi(2) / 2.0;
             n += 1.0;
@@ -34,7 +36,7 @@ pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]
     (n > 0.0).then(|| ErrorParts { mse: (bias2 + variance) / n, bias2: bias2 / n, variance: variance / n })
 }
 
-/// One eye of a frame: where it was, what it saw, and where the instances stood.
+/// One eye of a frame: its camera, what it saw, and where the instances were.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
     pub camera: &'a EyeCamera,
@@ -43,11 +45,12 @@ pub struct Seen<'a> {
     pub size: (usize, usize),
 }
 
-/// Places may differ by this share of their distance and still be one: half a pixel of a slanted surface.
+/// Two places count as the same where they are no farther apart than this share of their distance from the eye. That
+/// allows for half a pixel on a slanted surface.
 const SAME_PLACE: f64 = 0.01;
 
-/// For each pixel of a frame the pixel of the frame before that shows the same place, by the motion of the surface;
-/// `None` where nothing was drawn, the place lay beyond the view, or something stood before it.
+/// For each pixel of a frame, the pixel of the frame before that shows the same place of the moving surface. `None`
+/// where nothing was drawn, the place was outside the view, or something stood in front of it.
 pub fn before(now: Seen<'_>, then: Seen<'_>) -> Vec<Option<u32>> {
     let (width, height) = now.size;
     (0..width * height)
@@ -66,7 +69,7 @@ pub fn before(now: Seen<'_>, then: Seen<'_>) -> Vec<Option<u32>> {
         .collect()
 }
 
-/// World position of a pixel's centre; `None`: nothing was drawn.
+/// The world position of what is seen at a pixel's centre. `None`: nothing was drawn there.
 fn position(seen: &Seen<'_>, index: usize) -> Option<DVec3> {
     let depth = f64::from(seen.surfaces.depth[index]);
     if depth <= 0.0 {
@@ -93,11 +96,12 @@ fn pixel(camera: &EyeCamera, (width, height): (usize, usize), place: DVec3) -> O
     inside.then_some((x as usize, y as usize))
 }
 
-/// Flicker of an eye: the mean over pixels and channels of half the squared change of the error along the motion of the
-/// surfaces, linear radiance squared; the square is the product of the changes against either reference. `None` without any
+/// The flicker of an eye, in linear radiance squared. It is the mean over pixels and channels of half the squared
+/// change of the error, along the motion of the surfaces. The square is the product of the changes of the error against
+/// the first and against the second reference, so that the references' noise does not add to it. `None` without any
 /// pixel.
 ///
-/// `now` and `then` are a run's frame and its two references.
+/// `now` and `then` each hold a run's frame and the frames of the two references.
 pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u32>], mask: &[bool]) -> Option<f64> {
     let (mut sum, mut n) = (0.0, 0.0);
     for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
@@ -111,8 +115,9 @@ pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u
     (n > 0.0).then(|| sum / n)
 }
 
-/// The part of the flicker that is noise: what two runs' changes along the motion do not have in common. Neither the
-/// references' noise nor an error that both runs share is in it. `now` and `then` are the runs' frames.
+/// The part of the flicker that is noise: the part of the change along the motion that two runs do not have in common.
+/// It contains neither noise of the references nor an error that both runs share. `now` and `then` hold the runs'
+/// frames.
 pub fn noise_flicker(
     now: [&[[f32; 3]]; 2],
     then: [&[[f32; 3]]; 2],
@@ -131,16 +136,17 @@ pub fn noise_flicker(
     (n > 0.0).then(|| sum / n)
 }
 
-/// What the eyes disagree on in a frame: means over pairs of pixels that show the same reflection.
+/// How much the eyes disagree in a frame: means over the pairs of pixels that show the same reflection.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Disagreement {
-    /// Squared Weber contrast that both runs have in common.
+    /// The squared Weber contrast that both runs have in common.
     pub lasting: f64,
-    /// Variance of the difference of the eyes' luminances.
+    /// The variance of the difference between the eyes' luminances.
     pub noise: f64,
 }
 
-/// Of two runs' composites, by run and eye; `epsilon` is the least luminance that divides a contrast.
+/// The disagreement in the composites of two runs, given by run and eye. `epsilon` is the least luminance that a
+/// contrast is divided by. `None` without pairs.
 pub fn disagreement(runs: [[&[[f32; 3]]; 2]; 2], pairs: &[[u32; 2]], epsilon: f64) -> Option<Disagreement> {
     let (mut lasting, mut noise) = (0.0, 0.0);
     for pair in pairs {
@@ -174,12 +180,12 @@ mod tests {
         assert!((found.variance - 0.04).abs() < 1e-3, "{found:?}");
         assert!((found.mse - found.bias2 - found.variance).abs() < 1e-12);
         assert_eq!(parts([&a, &b], [&y, &z], &vec![false; n]), None);
-        // Frames of this noise and a bias that stays flicker by the variance.
+        // Frames with this noise and a constant bias flicker by the variance.
         let then = [noisy(1.0, 0.1), noisy(1.0, 0.1)];
         let same: Vec<Option<u32>> = (0..n as u32).map(Some).collect();
         let found = flicker([&a, &y, &z], [&b, &then[0], &then[1]], &same, &vec![true; n]).expect("pixels");
         assert!((found - 0.04).abs() < 1e-3, "{found}");
-        // Two runs of independent frames: the same, without a word of the references.
+        // Two runs of independent frames give the same without the references.
         let (c, d) = (noisy(1.3, 0.2), noisy(1.3, 0.2));
         let found = noise_flicker([&a, &b], [&c, &d], &same, &vec![true; n]).expect("pixels");
         assert!((found - 0.04).abs() < 1e-3, "{found}");
@@ -213,7 +219,7 @@ mod tests {
             View { position: view.position + DVec3::X * x, ..view.clone() }.stereo_camera(2.0)
         };
         assert_eq!(camera(0.0).left.fov, Fov::symmetric(1.0, 2.0));
-        // A wall two metres ahead: a pixel is 2·2·tan(0.5)/8 = 0.273 m wide.
+        // The wall is two metres ahead, so a pixel is 2·2·tan(0.5)/8 = 0.273 m wide.
         let step = 4.0 * 0.5f64.tan() / 8.0;
         let (depth, instance) = (vec![0.05f32; 128], vec![1u32; 128]);
         let normal = vec![Vec3::Z; 128];
@@ -233,13 +239,13 @@ mod tests {
         let leak = |c: StereoCamera| -> &'static EyeCamera { Box::leak(Box::new(c.left)) };
         let places = |p: [DAffine3; 1]| -> &'static [DAffine3] { Box::leak(Box::new(p)) };
         let found = before(seen(leak(here), places(still)), seen(leak(there), places(still)));
-        // The head moved a pixel to the right, so that everything stood a pixel further right before.
+        // The head moved one pixel to the right, so everything was one pixel further right before.
         assert_eq!((found[0], found[14], found[15]), (Some(1), Some(15), None));
-        // The wall itself moved with the head: it stands where it stood.
+        // The wall moved with the head, so it is seen at the same pixels.
         let moved = [DAffine3::from_translation(DVec3::X * step)];
         let found = before(seen(leak(here), places(moved)), seen(leak(there), places(still)));
         assert_eq!((found[0], found[15]), (Some(0), Some(15)));
-        // Another instance stood there.
+        // Another instance was there before.
         let other = vec![2u32; 128];
         let then = Seen { surfaces: EyeSurfaces { instance: &other, ..surfaces }, ..seen(leak(there), places(still)) };
         assert!(before(seen(leak(here), places(still)), then).iter().all(Option::is_none));

@@ -1,23 +1,27 @@
-//! Structural similarity (Wang et al. 2004): Gaussian window of 11×11 pixels, σ = 1.5, K = 0.01 and 0.03, range 1.
+//! Structural similarity (Wang et al. 2004), with a Gaussian window of 11×11 pixels, σ = 1.5, K = 0.01 and 0.03, and
+//! values from 0 to 1. Display values of a reference and of a picture go in. [`super::Judge`] and the sheets of
+//! `compare` call it.
 //!
-//! Equal to scikit-image's `structural_similarity(x, y, channel_axis=2, gaussian_weights=True, sigma=1.5,
-//! use_sample_covariance=False, data_range=1)`: the mean over R, G and B, five pixels left out at each border.
+//! It gives the same as scikit-image's `structural_similarity(x, y, channel_axis=2, gaussian_weights=True, sigma=1.5,
+//! use_sample_covariance=False, data_range=1)`. This is the mean over R, G and B, without the five pixels next to each
+//! border.
 
-/// Pixels on each side of a window's centre.
+/// The number of pixels on each side of a window's centre.
 const RADIUS: usize = 5;
 const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// A reference made ready for many comparisons.
+/// A reference that is filtered once, for comparison with many pictures.
 pub struct Ssim {
     width: usize,
     height: usize,
     window: [f64; 2 * RADIUS + 1],
-    /// By channel: values, windowed mean, windowed mean of squares.
+    /// The channels of the reference.
     planes: [Plane; 3],
 }
 
+/// One channel: its values, and their mean and mean square over every window.
 struct Plane {
     values: Vec<f64>,
     mean: Vec<f64>,
@@ -25,7 +29,8 @@ struct Plane {
 }
 
 impl Ssim {
-    /// `reference` is display-encoded, in [0, 1]. `None`: a side is shorter than the window's 11 pixels.
+    /// Filters the reference, whose display values are in [0, 1]. `None`: a side is shorter than the window's 11
+    /// pixels.
     pub fn new(width: usize, height: usize, reference: &[[f32; 3]]) -> Option<Ssim> {
         if width.min(height) < 2 * RADIUS + 1 {
             return None;
@@ -45,13 +50,13 @@ impl Ssim {
         Some(Ssim { width, height, window, planes })
     }
 
-    /// Mean similarity; 1 = equal.
+    /// The mean similarity. Equal pictures have 1.
     pub fn of(&self, picture: &[[f32; 3]]) -> f64 {
         let map = self.map(picture);
         map.iter().sum::<f64>() / map.len() as f64
     }
 
-    /// Mean similarity over windows whose centre the mask holds; `None` where it holds none.
+    /// The mean similarity over the windows whose centre is in the mask. `None` where there is no such window.
     pub fn over(&self, picture: &[[f32; 3]], mask: &[bool]) -> Option<f64> {
         let map = self.map(picture);
         let inner = self.width - 2 * RADIUS;
@@ -59,7 +64,7 @@ impl Ssim {
         super::mean(map.iter().enumerate().filter(|(i, _)| mask[centre(*i)]).map(|(_, s)| *s))
     }
 
-    /// Similarity about each pixel at least five from every border, mean of the channels.
+    /// The similarity around each pixel that is at least five pixels from every border, as the mean over the channels.
     fn map(&self, picture: &[[f32; 3]]) -> Vec<f64> {
         assert_eq!(picture.len(), self.width * self.height, "pictures of one size");
         let mut map = vec![0.0; (self.width - 2 * RADIUS) * (self.height - 2 * RADIUS)];
@@ -88,7 +93,7 @@ fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Weighted means over every window that lies inside the picture.
+/// The weighted mean over every window that lies inside the picture.
 fn windowed(values: &[f64], width: usize, window: &[f64; 2 * RADIUS + 1]) -> Vec<f64> {
     let inner = width - 2 * RADIUS;
     let rows: Vec<f64> = values

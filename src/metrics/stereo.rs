@@ -1,64 +1,67 @@
-//! Stereo consistency over chosen pairs of pixels: what stays different between the eyes, and what only flickers.
+//! Measures consistency between the eyes over chosen pairs of pixels. `compare` adds the frames of a method, one for
+//! each seed, and then asks for the [`Inconsistency`].
 //!
-//! With L and R the luminances of a pair, the Weber contrast is |L − R| / max((L + R)/2, ε). *Systematic*
-//! inconsistency is that of the mean over seeds: missing geometry and fades. *Noise* inconsistency is the spread of
-//! L − R over seeds, and the contrast within single frames.
+//! With the luminances L and R of a pair, the Weber contrast is |L − R| / max((L + R)/2, ε). *Systematic* inconsistency
+//! is the contrast of the means over the seeds; missing geometry and fades cause it. *Noise* inconsistency is the
+//! spread of L − R over the seeds, and the contrast within single frames.
 
 use serde::{Deserialize, Serialize};
 
 use super::lasting::{Agreement, Lasting, OverSeeds, chance, share};
 use super::pairs::{MATCH, Pairs, seen};
 
-/// Contrasts beyond which pairs are counted; the first is what an observer hardly sees.
+/// The Weber contrasts beyond which pairs are counted. The first is one that an observer hardly sees.
 pub const THRESHOLDS: [f64; 4] = [MATCH, 0.05, 0.10, 0.20];
 
-/// Luminances of the pairs over the frames of one method.
+/// Collects the luminances of the pairs over the frames of one method.
 #[derive(Debug, Clone)]
 pub struct Consistency<'a> {
     pairs: &'a Pairs,
     frames: u32,
-    /// Running means of L and R.
+    /// The running means of L and R, by pair.
     mean: Vec<[f64; 2]>,
-    /// Running Σ(D − mean D)², D = L − R.
+    /// The running sums Σ(D − mean D)² with D = L − R, by pair.
     squares: Vec<f64>,
-    /// Pairs beyond each threshold, summed over frames.
+    /// The number of pairs beyond each threshold, summed over the frames.
     beyond: [u64; THRESHOLDS.len()],
     lasting: Lasting<'a>,
 }
 
-/// What was found; shares are of the pairs.
+/// The measures of inconsistency between the eyes. Shares are of the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Inconsistency {
-    /// The share of pairs with a lasting contrast above 2 %, noise allowed for; see [`Systematic::share`].
+    /// The contrast that stays whatever the seed is. `None` with fewer than two frames.
     pub systematic: Option<Systematic>,
-    /// Mean over pairs of the variance of L − R over seeds, luminance². `None` below two frames.
+    /// The mean over the pairs of the variance of L − R over the seeds, luminance². `None` with fewer than two frames.
     pub noise_variance: Option<f64>,
-    /// The same with each pair's variance over its squared mean luminance.
+    /// The same with each pair's variance divided by its squared mean luminance.
     pub noise_variance_relative: Option<f64>,
-    /// Shares of pairs beyond 2, 5, 10 and 20 % in single frames.
+    /// The shares of pairs whose contrast in single frames is above each of [`THRESHOLDS`].
     pub noise_over: [f64; THRESHOLDS.len()],
 }
 
-/// Contrast of the means over n seeds.
+/// The contrast of the pairs' mean luminances over n seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Systematic {
-    /// Estimate of the share π of pairs that differ whatever the seed: (`raw` − `by_chance`) / (1 − `by_chance`),
-    /// not below 0 (Storey 2002 with a threshold per pair). Noise alone estimates 0. Where a true difference can hide
-    /// under the threshold this is a lower bound.
+    /// An estimate of the share of pairs that differ by more than 2 % whatever the seed is: (`raw` − `by_chance`) / (1
+    /// − `by_chance`), cut at 0 (Storey 2002, with a threshold for each pair). Where there is only noise the estimate
+    /// is about 0. Where a true difference can hide below the threshold it is a lower bound.
     pub share: f64,
-    /// Share of pairs whose means differ by more than 2 %, what is left of the noise included.
+    /// The share of pairs whose means differ by more than 2 %. Noise that is left in the means counts too.
     pub raw: f64,
-    /// The share that noise alone would bring beyond 2 %: mean over pairs of P(|t| > 2 %·base / (s/√n)), t with n − 1
-    /// degrees of freedom.
+    /// The share that noise alone would bring beyond 2 %. It is the mean over the pairs of P(|t| > 2 %·base / (s/√n)),
+    /// where t has n − 1 degrees of freedom.
     pub by_chance: f64,
-    /// `share` with each of [`THRESHOLDS`] in place of 2 %: fades and missing geometry stay, offsets go.
+    /// `share` with each of [`THRESHOLDS`] in place of 2 %. Differences by fades and missing geometry are still counted
+    /// at the larger ones; small offsets are not.
     pub over: [f64; THRESHOLDS.len()],
-    /// Root of the mean squared Weber contrast of the means, s²/n of each pair subtracted: unbiased before the root.
+    /// The root of the mean squared Weber contrast of the means. For each pair the share of the noise, s²/n over its
+    /// squared mean luminance, is subtracted, so that the square is unbiased.
     pub rms: f64,
 }
 
 impl<'a> Consistency<'a> {
-    /// `agreement` is what two references say of these pairs.
+    /// Begins without any frame. `agreement` is what two references show at these pairs.
     pub fn new(pairs: &'a Pairs, agreement: &'a Agreement) -> Consistency<'a> {
         let n = pairs.pairs.len();
         Consistency {
@@ -71,7 +74,7 @@ impl<'a> Consistency<'a> {
         }
     }
 
-    /// Adds a frame: the linear composite of both eyes.
+    /// Adds a frame, given as the linear composites of both eyes.
     pub fn add(&mut self, eyes: [&[[f32; 3]]; 2]) {
         self.frames += 1;
         let n = f64::from(self.frames);
@@ -90,14 +93,14 @@ impl<'a> Consistency<'a> {
         self.lasting.add(self.pairs.pairs.iter().map(|pair| seen(pair, eyes)).map(|[l, r]| l - r));
     }
 
-    /// The lasting difference without the noise of method and references, and intervals over the seeds; `None` below
-    /// two frames, or without pairs.
+    /// The lasting difference, free of the noise of the method and of the references, and intervals over the seeds.
+    /// `None` with fewer than two frames or without pairs.
     pub fn over_seeds(&self) -> Option<OverSeeds> {
         let bases: Vec<f64> = self.mean.iter().map(|mean| base(*mean, self.pairs.epsilon)).collect();
         self.lasting.found(&bases)
     }
 
-    /// What the frames so far show; `None` without pairs or frames.
+    /// What the frames so far show. `None` without pairs or without frames.
     pub fn found(&self) -> Option<Inconsistency> {
         if self.mean.is_empty() || self.frames == 0 {
             return None;
@@ -117,7 +120,7 @@ impl<'a> Consistency<'a> {
         for (mean, squares) in self.mean.iter().zip(&self.squares) {
             let base = base(*mean, self.pairs.epsilon);
             let s2 = squares / (n - 1.0);
-            // Of the contrast.
+            // The standard error of the contrast.
             let error = (s2 / n).sqrt() / base;
             let contrast = (mean[0] - mean[1]) / base;
             for (i, threshold) in THRESHOLDS.into_iter().enumerate() {
@@ -139,8 +142,8 @@ impl<'a> Consistency<'a> {
     }
 }
 
-/// Share of pairs beyond [`MATCH`] in one picture without regard to noise: of the reference with another seed it is
-/// the floor of every method's raw share.
+/// The share of pairs whose contrast in one picture is above [`MATCH`]; noise is not allowed for. Computed of the
+/// reference with another seed, it is the floor of every method's raw share.
 pub fn share_beyond(pairs: &Pairs, eyes: [&[[f32; 3]]; 2]) -> Option<f64> {
     super::mean(pairs.pairs.iter().map(|pair| {
         let seen = seen(pair, eyes);
@@ -168,7 +171,8 @@ mod tests {
         Pairs { candidates: N.into(), undecided: 0, different: 0, epsilon: 0.01, pairs }
     }
 
-    /// Luminance 1 with normal noise of this spread; the first `share` of the pairs differ by `contrast`.
+    /// What is found at luminance 1 with normal noise of this spread, where the first `share` of the pairs differ by
+    /// `contrast`.
     fn found(frames: u32, noise: f64, share: f64, contrast: f64) -> Inconsistency {
         let pairs = pairs();
         let mut stream = Stream::new(5, 2);
@@ -188,11 +192,11 @@ mod tests {
             consistency.add([&left, &right]);
         }
         let found = consistency.found().expect("pairs and frames");
-        // The sums by group say what the running means do.
+        // The sums by group must agree with the running means.
         if let (Some(systematic), Some(over_seeds)) = (found.systematic, consistency.over_seeds()) {
             assert!((over_seeds.unbiased.rms - systematic.rms).abs() < 3e-3, "{over_seeds:?}");
             let [lo, hi] = over_seeds.share.expect("frames");
-            // Sums in another order round otherwise.
+            // The sums are in another order, so they round differently.
             assert!(lo - 1e-9 <= systematic.share && systematic.share <= hi + 1e-9, "{over_seeds:?}");
             let [lo, hi] = over_seeds.noise_variance.expect("frames");
             assert!((lo - 1e-9..=hi + 1e-9).contains(&found.noise_variance.expect("frames")), "{over_seeds:?}");
@@ -226,7 +230,8 @@ mod tests {
         let f = found(16, 0.1, 0.0, 0.0);
         assert!((f.noise_variance.expect("frames") - 0.02).abs() < 4e-4, "{f:?}");
         assert!((f.noise_variance_relative.expect("frames") - 0.02).abs() < 1e-3, "{f:?}");
-        // |D| > 2 % of a difference with σ = 0.1·√2: 2·(1 − Φ(0.1414)) = 0.8875; > 20 %: 2·(1 − Φ(1.414)) = 0.1573.
+        // D has σ = 0.1·√2. |D| > 2 % has the probability 2·(1 − Φ(0.1414)) = 0.8875, and |D| > 20 % has
+        // 2·(1 − Φ(1.414)) = 0.1573.
         assert!((f.noise_over[0] - 0.8875).abs() < 0.01, "{f:?}");
         assert!((f.noise_over[3] - 0.1573).abs() < 0.01, "{f:?}");
     }

@@ -1,19 +1,21 @@
-//! The picture a display gets: exposure, Khronos' PBR Neutral tone map, sRGB. Twin of `shaders/composite.comp`,
-//! without its rounding to eight bits.
+//! Turns linear radiance into the values that a display is given: exposure, the Khronos PBR Neutral tone map, and the
+//! sRGB encoding. Measures of what a display shows begin with it. It does the same as `shaders/composite.comp` except
+//! that it does not round to eight bits.
 
-/// sRGB values in [0, 1] of linear Rec. 709 radiance.
+/// The sRGB values, in [0, 1], of linear Rec. 709 radiance.
 ///
-/// Every picture that is compared takes the exposure of the reference.
+/// Callers use the reference's exposure for every picture that they compare with it.
 pub fn display(linear: [f32; 3], exposure: f32) -> [f32; 3] {
     neutral(linear.map(|c| c * exposure)).map(srgb)
 }
 
-/// [`display`] of a whole picture.
+/// Applies [`display`] to every pixel of a picture.
 pub fn displayed(picture: &[[f32; 3]], exposure: f32) -> Vec<[f32; 3]> {
     picture.iter().map(|&c| display(c, exposure)).collect()
 }
 
-/// Khronos PBR Neutral: colours below 0.8 stay as they are.
+/// The Khronos PBR Neutral tone map. It takes a small offset off, which removes the reflection at normal incidence, and
+/// compresses only colours whose largest channel is then at least `START`.
 fn neutral(color: [f32; 3]) -> [f32; 3] {
     const START: f32 = 0.8 - 0.04;
     const DESATURATION: f32 = 0.15;
@@ -41,7 +43,7 @@ mod tests {
     #[test]
     fn black_grey_and_light_beyond_white() {
         assert_eq!(display([0.0; 3], 1.0), [0.0; 3]);
-        // Above 0.08 a grey loses the lens' 0.04: 0.5 → 0.46 → sRGB 0.708.
+        // A grey above 0.08 loses the offset of 0.04: 0.5 becomes 0.46, which is 0.708 in sRGB.
         assert!((display([0.5; 3], 1.0)[0] - 0.7088).abs() < 1e-3);
         assert_eq!(display([0.25; 3], 2.0), display([0.5; 3], 1.0));
         for strong in [1.0, 10.0, 1e4] {

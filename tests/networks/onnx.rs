@@ -79,23 +79,23 @@ pub fn broken_networks() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let one_for_equal = after_the_mean(node(&["mean"], "out", "Exp", &[]));
     let unknown = [node(&["reference", "picture"], "out", "Perceive", &[])];
     vec![
-        ("empty.onnx", Vec::new(), "no network that compares two pictures"),
-        ("text.onnx", b"these are no weights".to_vec(), "no network that compares two pictures"),
-        ("cut.onnx", whole[..whole.len() / 2].to_vec(), "no network that compares two pictures"),
+        ("empty.onnx", Vec::new(), "not a network that compares two pictures"),
+        ("text.onnx", b"these are no weights".to_vec(), "not a network that compares two pictures"),
+        ("cut.onnx", whole[..whole.len() / 2].to_vec(), "not a network that compares two pictures"),
         ("one.onnx", model(&["reference"], &one, &[]), "it has 1 inputs instead of 2"),
-        ("many.onnx", model(&["reference", "picture"], &no_number, &[]), "no single number"),
+        ("many.onnx", model(&["reference", "picture"], &no_number, &[]), "not a single number"),
         (
             "nan.onnx",
             model(&["reference", "picture"], &not_finite, &[]),
-            "of two equal pictures it says no finite number",
+            "for two equal pictures it gives no finite number",
         ),
         (
             "one_for_equal.onnx",
             model(&["reference", "picture"], &one_for_equal, &[]),
-            "of two equal pictures it says 1, and not 0",
+            "for two equal pictures it gives 1, and not 0",
         ),
         ("unknown.onnx", model(&["reference", "picture"], &unknown, &[]), "Perceive"),
-        ("side.onnx", with_smallest_side("many"), "smallest_side `many` is no count"),
-        ("zero.onnx", with_smallest_side("0"), "smallest_side `0` is no count"),
+        ("side.onnx", with_smallest_side("many"), "smallest_side `many` is not a count"),
+        ("zero.onnx", with_smallest_side("0"), "smallest_side `0` is not a count"),
     ]
 }

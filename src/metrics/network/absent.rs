@@ -1,8 +1,8 @@
-//! Stands in for the runtime in a build without the feature `networks`.
+//! Stands in for `tract` in a build without the feature `networks`. [`super`] calls it.
 
 use super::NetworkError;
 
-/// There is none.
+/// A network. It has no values, because this build cannot run any.
 pub enum Model {}
 
 impl Model {
@@ -12,7 +12,7 @@ impl Model {
         Err(NetworkError::Absent)
     }
 
-    /// Nobody has a model to ask.
+    /// This can never be called, because there is no [`Model`].
     pub fn distance(&self, _size: (usize, usize), _pictures: [&[[f32; 3]]; 2]) -> Result<Option<f64>, NetworkError> {
         match *self {}
     }

@@ -1,5 +1,7 @@
-//! Distances that a trained network measures: LPIPS (Zhang et al. 2018), DISTS (Ding et al. 2020), and any other network that
-//! keeps the contract of `docs/compare.md`, *Networks*. The user names the files; none comes with the program.
+//! Distances between two pictures by a trained network: LPIPS (Zhang et al. 2018), DISTS (Ding et al. 2020), or another
+//! network that does what `docs/compare.md`, *Networks*, asks of it. The content of an ONNX file and two pictures go
+//! in, and a number comes out. The user names the files; none comes with the program. `compare` and the command that
+//! compares two pictures call it.
 
 #[cfg(not(feature = "networks"))]
 mod absent;
@@ -15,36 +17,36 @@ use absent::Model;
 #[cfg(feature = "networks")]
 use tract::Model;
 
-/// The most bytes of a network's file.
+/// The most bytes that the file of a network may have.
 pub const MOST_BYTES: u64 = 1 << 30;
 
-/// The largest distance of two equal pictures: what rounding may leave of 0.
+/// The largest distance that a network may find between two equal pictures. It would be 0 without rounding.
 const ALIKE: f64 = 1e-3;
 
-/// What networks measure, in the order of the tables.
+/// The names of the measures that networks compute, in the order of the tables.
 pub const MEASURES: [&str; 2] = ["lpips", "dists"];
 
-/// Which of [`MEASURES`] a key of a result is: of the composite, or with `reflection_` before it of the reflection alone.
-/// `None`: no network measures it.
+/// Which of [`MEASURES`] a key of a result belongs to. A key with `reflection_` in front is of the reflection alone,
+/// one without it of the composite. `None`: no network computes it.
 pub fn measure_of(key: &str) -> Option<&'static str> {
     let measure = key.strip_prefix("reflection_").unwrap_or(key);
     MEASURES.into_iter().find(|m| *m == measure)
 }
 
-/// A network cannot be used, or not for these pictures.
+/// A network cannot be used at all, or not for pictures of this size.
 #[derive(Debug, thiserror::Error)]
 pub enum NetworkError {
     #[error(
-        "this build runs no networks; one with the feature `networks` does: cargo build --release --features networks"
+        "this build cannot run networks. Build with the feature `networks`: cargo build --release --features networks"
     )]
     Absent,
-    #[error("it is no network that compares two pictures: {0}")]
+    #[error("it is not a network that compares two pictures: {0}")]
     Unusable(String),
-    #[error("it compares pictures of at least {least}×{least} pixels, and these have {width}×{height}")]
+    #[error("it needs pictures of at least {least}×{least} pixels, and these have {width}×{height}")]
     TooSmall { least: usize, width: usize, height: usize },
 }
 
-/// A network in the host's memory.
+/// A network that was read and can compare pictures.
 pub struct Network {
     measure: &'static str,
     sha256: String,
@@ -58,32 +60,33 @@ impl fmt::Debug for Network {
 }
 
 impl Network {
-    /// From the content of an ONNX file; `measure` is one of [`MEASURES`].
+    /// Reads the content of an ONNX file. `measure` is one of [`MEASURES`].
     ///
     /// # Errors
-    /// The build runs no networks, or this is none that it can run.
+    /// This build cannot run networks, or the file is not a network that it can run.
     pub fn new(measure: &'static str, onnx: &[u8]) -> Result<Network, NetworkError> {
         let sha256 = format!("{:x}", Sha256::digest(onnx));
         Ok(Network { measure, sha256, model: Model::parse(onnx)? })
     }
 
-    /// One of [`MEASURES`].
+    /// What the network measures: one of [`MEASURES`].
     pub fn measure(&self) -> &'static str {
         self.measure
     }
 
-    /// SHA-256 of the file, hexadecimal.
+    /// The SHA-256 of the file, hexadecimal.
     pub fn sha256(&self) -> &str {
         &self.sha256
     }
 
-    /// Makes the network ready for pictures of `width`×`height` pixels, and tries it on two black ones.
+    /// Makes the network ready for pictures of `size` (width, height) pixels, and tries it on two black pictures.
     ///
     /// # Errors
-    /// The pictures are too small, or the network gives no number for them, or one that is not near 0.
+    /// The pictures are too small, the network gives no finite number for the two black ones, or that number is not
+    /// near 0.
     pub fn prepare(&self, size: (usize, usize)) -> Result<(), NetworkError> {
         let black = vec![[0.0; 3]; size.0 * size.1];
-        let wrong = |found: String| Err(NetworkError::Unusable(format!("of two equal pictures it says {found}")));
+        let wrong = |found: String| Err(NetworkError::Unusable(format!("for two equal pictures it gives {found}")));
         match self.distance(size, &black, &black)? {
             None => wrong("no finite number".to_owned()),
             Some(distance) if distance.abs() > ALIKE => wrong(format!("{distance}, and not 0")),
@@ -91,14 +94,14 @@ impl Network {
         }
     }
 
-    /// The distance of `picture` from `reference`, both sRGB-encoded display values in [0, 1], rows from the top. 0: alike;
-    /// `None`: the network gives no finite number.
+    /// The distance of `picture` from `reference`. Both are sRGB-encoded display values in [0, 1], rows from the top.
+    /// Equal pictures have a distance of about 0. `None`: the network gives no finite number.
     ///
     /// # Errors
     /// As [`Network::prepare`].
     ///
     /// # Panics
-    /// When a picture has not that many pixels.
+    /// When a picture does not have `width`×`height` pixels.
     pub fn distance(
         &self,
         (width, height): (usize, usize),
@@ -110,12 +113,12 @@ impl Network {
     }
 }
 
-/// The networks that a comparison uses, one a measure at the most.
+/// The networks that a comparison uses, at most one for each measure.
 #[derive(Debug, Default)]
 pub struct Networks(Vec<Network>);
 
 impl Networks {
-    /// In the order of [`MEASURES`].
+    /// Sorts networks into the order of [`MEASURES`]. Of several with the same measure the first is kept.
     pub fn new(mut networks: Vec<Network>) -> Networks {
         networks.sort_by_key(|n| MEASURES.iter().position(|m| *m == n.measure));
         networks.dedup_by_key(|n| n.measure);
@@ -126,13 +129,13 @@ impl Networks {
         self.0.iter()
     }
 
-    /// Whether there is a network for one of [`MEASURES`].
+    /// Whether there is a network for this measure, which is one of [`MEASURES`].
     pub fn measures(&self, measure: &str) -> bool {
         self.0.iter().any(|n| n.measure == measure)
     }
 
-    /// The distance by each of [`MEASURES`]; `None` without its network, or where it gives no finite number. See
-    /// [`Network::distance`].
+    /// The distance by each of [`MEASURES`], as [`Network::distance`] gives it. `None` where there is no network for
+    /// the measure, or where the network gives no finite number.
     ///
     /// # Errors
     /// As [`Network::prepare`].

@@ -1,4 +1,4 @@
-//! ONNX networks by the runtime of the crate `tract`.
+//! Reads and runs ONNX networks with the crate `tract`. Compiled with the feature `networks` only; [`super`] calls it.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -9,11 +9,11 @@ use tract_onnx::prelude::*;
 
 use super::NetworkError;
 
-/// The file's own statement of the smallest side of a picture, in pixels. A network gives numbers for smaller ones too, but
-/// none that the training framework would give.
+/// The metadata in which a file may state the smallest side of a picture, in pixels. For smaller pictures the runtime
+/// gives numbers too, but not those that the training framework would give.
 const SMALLEST_SIDE: &str = "onnx.metadata_props.smallest_side";
 
-/// A network whose input has no size yet, and the same made ready for the sizes that were asked for.
+/// A network as it was read, and the same network made ready for each size of picture that was asked for.
 pub struct Model {
     any_size: InferenceModel,
     smallest_side: usize,
@@ -41,7 +41,7 @@ impl Model {
                 let text =
                     stated.try_as_plain_ram().and_then(|s| s.to_scalar::<String>().cloned()).map_err(unusable)?;
                 let no_side =
-                    || NetworkError::Unusable(format!("its smallest_side `{}` is no count", text.escape_debug()));
+                    || NetworkError::Unusable(format!("its smallest_side `{}` is not a count", text.escape_debug()));
                 text.parse().ok().filter(|side| *side > 0).ok_or_else(no_side)?
             }
         };
@@ -65,7 +65,7 @@ impl Model {
             Ok([distance]) => Some(f64::from(*distance)),
             _ => None,
         });
-        let no_number = || NetworkError::Unusable("it gives no single number".to_owned());
+        let no_number = || NetworkError::Unusable("its output is not a single number".to_owned());
         distance.map(|d| d.is_finite().then_some(d)).ok_or_else(no_number)
     }
 
@@ -74,7 +74,7 @@ impl Model {
         if width.min(height) < least {
             return Err(NetworkError::TooSmall { least, width, height });
         }
-        // What is in there is whole: a plan is added when it is done.
+        // A poisoned lock does no harm, because a plan is added only when it is complete.
         let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(plan) = ready.get(&(width, height)) {
             return Ok(Arc::clone(plan));
@@ -88,20 +88,21 @@ impl Model {
     }
 }
 
-/// Channel by channel, as the training frameworks have it: 1×3×height×width.
+/// The picture as the training frameworks lay it out, channel by channel: 1×3×height×width.
 fn tensor((width, height): (usize, usize), picture: &[[f32; 3]]) -> TractResult<Tensor> {
     let planes: Vec<f32> = (0..3).flat_map(|channel| picture.iter().map(move |texel| texel[channel])).collect();
     Tensor::from_shape(&[1, 3, height, width], &planes)
 }
 
-/// The reasons from the outermost to the innermost.
+/// The error with its reasons, from the outermost to the innermost.
 fn unusable(error: TractError) -> NetworkError {
     let reasons: Vec<String> =
         error.chain().map(|reason| reason.to_string().trim_end_matches('.').to_owned()).collect();
     NetworkError::Unusable(reasons.join(": ").escape_debug().to_string())
 }
 
-/// The runtime panics at some files that are damaged. Such a panic is an answer like any other, and nothing of it is printed.
+/// Does some work of the runtime and turns a panic into an error. The runtime panics at some damaged files. Nothing of
+/// such a panic is printed.
 fn without_panic<T>(work: impl FnOnce() -> Result<T, NetworkError>) -> Result<T, NetworkError> {
     thread_local! { static IS_QUIET: Cell<bool> = const { Cell::new(false) }; }
     static HOOK: Once = Once::new();
@@ -114,7 +115,8 @@ fn without_panic<T>(work: impl FnOnce() -> Result<T, NetworkError>) -> Result<T,
         }));
     });
     IS_QUIET.set(true);
-    // What the work borrows is read alone, but for the plans, which are added whole.
+    // Unwinding is safe: the work only reads what it borrows, except for the plans, which are added when they are
+    // complete.
     let result = panic::catch_unwind(AssertUnwindSafe(work));
     IS_QUIET.set(false);
     result.unwrap_or_else(|panic| {
