@@ -291,7 +291,7 @@ mod scenes {
         bytes[middle] ^= 1;
         std::fs::write(&exr, bytes).expect("written");
         let (said, third) = run("c");
-        assert!(said.contains("reference.exr is not what was written; it is made again"), "{said}");
+        assert!(said.contains("reference.exr does not match its digest; it is made again"), "{said}");
         assert_eq!(errors(&first), errors(&third));
     }
 
@@ -330,7 +330,7 @@ mod scenes {
         let (sheet, png) = kept.iter().find(|(name, _)| name.ends_with("_black.png")).expect("a sheet");
         std::fs::write(results.join(sheet), &png[..png.len() - 9]).expect("written");
         let said = run("c", &["--sheets"]);
-        assert!(said.contains("_black.png: it is not what was written; the sheets are drawn again"), "{said}");
+        assert!(said.contains("_black.png: it does not match its digest; the sheets are drawn again"), "{said}");
         assert!(!measured(&said) && files(&folder.path().join("c")) == first, "{said}");
         assert!(files(&results) == kept);
 
@@ -343,7 +343,7 @@ mod scenes {
         );
         std::fs::write(results.join(name), text).expect("written");
         let said = run("d", &[]);
-        assert!(said.contains(&format!("{name}: it is not what was written; the scene is measured again")), "{said}");
+        assert!(said.contains(&format!("{name}: it does not match its digest; the scene is measured again")), "{said}");
         assert!(measured(&said));
         assert!(run("e", &[]).contains("room: kept from"));
         assert_eq!(files(&folder.path().join("d"))["compare.json"], files(&folder.path().join("e"))["compare.json"]);

@@ -1,12 +1,15 @@
-//! Errors at equal time: the baseline's error curve, read where it takes as long as a method does.
+//! Errors at equal time: the error of each method beside the error that the baseline would have in the same time. The
+//! baseline's error at that time is read from a curve through its measured sample counts. `run` calls it with a scene's
+//! rows, and `sequence` uses the [`Curve`].
 
 use super::report::{EqualTime, LeftOut, Row};
 
-/// What is compared at equal time, in this order.
+/// The measures that are compared at equal time, in this order.
 const MEASURES: [&str; 3] = ["mse", "relmse", "tonemapped_mse"];
 
-/// The baseline's errors where it takes as long as each method does; empty with fewer than two sample counts of it. What
-/// has no ratio although the curve was measured is added to `left_out`.
+/// The errors of each method and of the baseline at the time that the method takes. There is nothing for a fallback
+/// with fewer than two sample counts of the baseline. A measure that has no ratio although there are enough sample
+/// counts is added to `left_out`.
 pub fn equal_time(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<EqualTime> {
     let mut found = Vec::new();
     for row in rows.iter().filter(|r| r.method != baseline) {
@@ -57,20 +60,20 @@ impl Both {
 
 /// One measure of one row, or why it cannot be compared.
 fn at_equal_time(row: &Row, of_baseline: &[&Row], measure: &str) -> Result<Both, &'static str> {
-    let own = point(row, measure).ok_or("the method's is 0 or undefined there")?;
+    let own = point(row, measure).ok_or("the method's error is 0 or undefined")?;
     let (log_error, extrapolated) = Curve::of(of_baseline, measure)
         .at(own.0)
-        .ok_or("the baseline has fewer than two points with an error above 0 there")?;
+        .ok_or("the baseline has fewer than two measured points with an error above 0")?;
     Ok(Both { ms: own.0.exp(), own: own.1.exp(), baseline: log_error.exp(), extrapolated })
 }
 
-/// Logarithms of a row's median reflection time and of its error, mean of the eyes.
+/// The logarithms of a row's median time for reflections and of its error, which is the mean of the eyes.
 fn point(row: &Row, measure: &str) -> Option<(f64, f64)> {
     let point = (row.ms.get("total")?.ln(), row.both(measure)?.ln());
     (point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 
-/// Log error over log time, in order of time.
+/// A curve of log error over log time. The points are in order of time.
 pub(super) struct Curve(Vec<(f64, f64)>);
 
 impl Curve {
@@ -78,15 +81,15 @@ impl Curve {
         Curve::new(rows.iter().filter_map(|row| point(row, measure)).collect())
     }
 
-    /// Of points (log time, log error) in any order.
+    /// Makes the curve of points (log time, log error) in any order.
     pub(super) fn new(mut points: Vec<(f64, f64)>) -> Curve {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by(|a, b| a.0 == b.0);
         Curve(points)
     }
 
-    /// The log error at a log time on straight lines between the points, and whether that time lies outside them, where
-    /// the nearest line is prolonged; `None` below two points.
+    /// The log error at a log time, on straight lines between the points. Outside the points the nearest line is
+    /// prolonged, and the second value is true. `None` with fewer than two points.
     pub(super) fn at(&self, x: f64) -> Option<(f64, bool)> {
         let (first, last) = (self.0.first()?, self.0.last()?);
         let after = self.0.iter().position(|p| p.0 >= x).unwrap_or(self.0.len() - 1).max(1);
@@ -115,7 +118,8 @@ mod tests {
 
     #[test]
     fn every_error_has_its_own_curve() {
-        // The baseline's errors halve and quarter as its time doubles; the method takes √2 times the first time.
+        // As the baseline's time doubles, its MSE halves and its relMSE falls to a quarter. The method takes √2 times
+        // the baseline's first time.
         let base = |spp: u32, ms: f64, mse: f64, relmse: f64| {
             row("sssr", spp, ms, &[("mse", mse), ("relmse", relmse), ("tonemapped_mse", 0.0)])
         };
@@ -129,7 +133,7 @@ mod tests {
         assert_eq!((e.tonemapped_mse, e.tonemapped_mse_ratio, e.extrapolated), (None, None, false));
         let [left] = left_out.as_slice() else { panic!("{left_out:?}") };
         assert_eq!((left.method.as_str(), left.measure.as_str()), ("stereo", "equal_time_tonemapped_mse"));
-        // With one sample count of the baseline there is no curve to ask for.
+        // With one sample count of the baseline there is no curve.
         left_out.clear();
         assert!(equal_time(&rows[1..], "sssr", &mut left_out).is_empty() && left_out.is_empty());
     }

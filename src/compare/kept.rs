@@ -1,10 +1,11 @@
-//! What was measured of a scene, on disk: found again by the hash of everything that its numbers follow from.
+//! Keeps what was measured of a scene in files, and finds it again. KEY is a hash of everything that the numbers follow
+//! from. [`super::scene`] calls it.
 //!
 //! ```text
-//! KEY.json            the scene's part of a report, behind its digest
-//! KEY_FALLBACK.png    a sheet, where sheets were asked for; its digest stands in KEY.json
+//! KEY.json            the digest of the scene's part of a report, and that part
+//! KEY_FALLBACK.png    a sheet, where sheets were asked for; its digest is in KEY.json
 //! ```
-//! A file that is not what was written counts as none, which is said.
+//! A damaged file counts as missing, and a note says so.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,13 +26,14 @@ use crate::gpu::Gpu;
 use crate::render::{Settings, fast_ray_queries, identity};
 use crate::scene::{Scene, View};
 
-/// Of the files' layout, and of what the numbers in them mean: another one is measured again.
+/// The version of the layout of the files and of the meaning of their numbers. It is part of the key, so results of
+/// another version are measured again.
 const VERSION: u32 = 1;
 
-/// The most bytes of a file: the rounds of a hundred thousand seeds.
+/// The most bytes of a file that is read. The rounds of a hundred thousand seeds fit into it.
 const MOST_KEPT: u64 = 4 << 30;
 
-/// The program that measures: its version and its commit.
+/// The version and the commit of the program that measures.
 pub const PROGRAM: [&str; 2] = [
     env!("CARGO_PKG_VERSION"),
     match option_env!("CYCLOPEAN_COMMIT") {
@@ -40,13 +42,13 @@ pub const PROGRAM: [&str; 2] = [
     },
 ];
 
-/// Where the results of one scene with these options are kept, whether they are there or not.
+/// The place where the results of one scene with these options are kept. They may not be there yet.
 pub struct Kept {
     folder: PathBuf,
     key: String,
 }
 
-/// What a file holds of one scene.
+/// The results of one scene that a file holds.
 pub(super) trait Results: Serialize + DeserializeOwned {
     /// The scene's name.
     fn scene(&self) -> &str;
@@ -54,7 +56,8 @@ pub(super) trait Results: Serialize + DeserializeOwned {
     fn measured(&self) -> DateTime<Utc>;
 }
 
-/// Reads a file's results, if it is there and whole. Where they come from is said.
+/// Reads the results in a file, if it is there and undamaged. A note says where they come from, or why they are not
+/// used.
 pub(super) fn find_at<C: Results>(path: &Path, console: &Console) -> Option<C> {
     if !path.exists() {
         return None;
@@ -73,13 +76,14 @@ pub(super) fn find_at<C: Results>(path: &Path, console: &Console) -> Option<C> {
     }
 }
 
-/// Writes results, in the place of what was there. Results that would not come back are not kept, which is said.
+/// Writes results to a file and replaces what was there. Results that could not be read back are not kept, and a note
+/// says so.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub(super) fn keep_at<C: Results>(path: &Path, content: &C, console: &Console) -> Result<(), CompareError> {
     let bytes = encode(content)?;
-    // JSON knows no infinity: such a number would come back as another one, or not at all.
+    // JSON has no infinity. A file with such a number could not be read back, or would hold another number.
     if let Err(reason) = decode::<C>(&bytes) {
         console.note(format!("{}: its results cannot be kept: {reason}", content.scene()));
         return Ok(());
@@ -87,11 +91,11 @@ pub(super) fn keep_at<C: Results>(path: &Path, content: &C, console: &Console) -
     Ok(files::write_bytes(path, &bytes)?)
 }
 
-/// What all numbers of a scene follow from, whatever is compared: the program, the device, the scene and its view.
+/// What all numbers of a scene follow from, whatever is compared: the program, the device, the scene and the view.
 pub(super) fn circumstances(gpu: &Gpu, scene: &Scene, view: &View) -> serde_json::Value {
     serde_json::json!({
         "program": PROGRAM,
-        // Times are a device's and its driver's, and validation takes its share of them.
+        // Times depend on the device and its driver, and on whether validation runs.
         "device": gpu.info(),
         "ray_queries": gpu.has_ray_query(),
         "validation": gpu.has_validation(),
@@ -101,7 +105,7 @@ pub(super) fn circumstances(gpu: &Gpu, scene: &Scene, view: &View) -> serde_json
     })
 }
 
-/// A file: its content behind the SHA-256 (hex) of the content's JSON.
+/// A file: the SHA-256 (hex) of its content as compact JSON, and the content.
 #[derive(Serialize, Deserialize)]
 struct File<C> {
     sha256: String,
@@ -114,7 +118,7 @@ pub struct Content {
     /// When the measurement ended.
     measured: DateTime<Utc>,
     pub scene: SceneReport,
-    /// SHA-256 (hex) of the sheets by fallback; empty: none were drawn.
+    /// The SHA-256 (hex) of each sheet, by fallback. It is empty where no sheets were drawn.
     sheets: BTreeMap<String, String>,
 }
 
@@ -129,32 +133,32 @@ impl Results for Content {
 }
 
 impl Content {
-    /// Of a measurement that has just ended.
+    /// The results of a measurement that has just ended, without sheets.
     pub fn new(scene: SceneReport) -> Content {
         Content { measured: Utc::now(), scene, sheets: BTreeMap::new() }
     }
 }
 
 impl Kept {
-    /// In this folder, which is made when missing.
+    /// The place in this folder, which is made if it is missing.
     ///
     /// # Errors
-    /// A folder that cannot be made, or a number that JSON does not know.
+    /// A folder that cannot be made, or a number that JSON cannot hold.
     pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<Kept, CompareError> {
         super::make_folder(folder)?;
         Ok(Kept { folder: folder.to_owned(), key: key(gpu, subject, options)? })
     }
 
-    /// The scene's results, if they are there and whole. Where they come from is said.
+    /// The scene's results, if they are there and undamaged. A note says where they come from.
     pub fn find(&self, options: &Options, console: &Console) -> Option<Content> {
         let mut content: Content = find_at(&self.path(), console)?;
-        // The reference may have moved since.
+        // The cache folder may be another one than when this was written.
         let reference = &mut content.scene.reference;
         reference.files = options.cache.join(&reference.key);
         Some(content)
     }
 
-    /// Keeps a scene's results, in the place of what was there.
+    /// Keeps a scene's results and replaces what was there.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -162,14 +166,14 @@ impl Kept {
         keep_at(&self.path(), content, console)
     }
 
-    /// The sheets that were kept with the results, if all are whole.
+    /// The sheets that were kept with the results, if there are any and all are undamaged.
     pub fn find_sheets(&self, content: &Content, console: &Console) -> Option<Vec<Sheet>> {
         let read = |(fallback, digest): (&String, &String)| {
             let path = self.sheet_path(fallback);
             let png = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
             match png {
                 Ok(png) if sha256(&png) == *digest => Ok(Sheet { fallback: fallback.clone(), png }),
-                Ok(_) => Err(format!("{}: it is not what was written", path.display())),
+                Ok(_) => Err(format!("{}: it does not match its digest", path.display())),
                 Err(reason) => Err(format!("{}: {reason}", path.display())),
             }
         };
@@ -180,7 +184,7 @@ impl Kept {
             .filter(|sheets| !sheets.is_empty())
     }
 
-    /// Keeps the sheets beside the results.
+    /// Keeps sheets beside the results, and their digests in the file of the results.
     ///
     /// # Errors
     /// As [`Kept::keep`].
@@ -201,8 +205,8 @@ impl Kept {
     }
 }
 
-/// SHA-256 (hex) of everything that a scene's numbers follow from: of the program, the device, the scene and its view,
-/// the reference, and every configuration in its order.
+/// The SHA-256 (hex) of everything that a scene's numbers follow from: the program, the device, the scene and its view,
+/// the reference, and every configuration in order.
 fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, CompareError> {
     let Subject { scene, view, camera } = subject;
     let fast = fast_ray_queries(gpu, options.settings.trace);
@@ -222,32 +226,32 @@ fn key(gpu: &Gpu, subject: &Subject, options: &Options) -> Result<String, Compar
         "seeds": options.seeds,
         "pixels_per_degree": options.pixels_per_degree,
     });
-    // Results without networks have the address that they had before there were any.
+    // Without networks nothing is added, so that results from before there were networks keep their key.
     for network in options.networks.iter() {
         all[network.measure()] = network.sha256().into();
     }
     Ok(sha256(&serde_json::to_vec(&all)?))
 }
 
-/// A file of this content.
+/// The bytes of a file with this content.
 ///
 /// # Errors
-/// What JSON does not know.
+/// A value that JSON cannot hold.
 fn encode<C: Serialize>(content: &C) -> Result<Vec<u8>, serde_json::Error> {
     let sha256 = sha256(&serde_json::to_vec(content)?);
     serde_json::to_vec_pretty(&File { sha256, content })
 }
 
-/// The content of a file, or why it is not what [`encode`] made.
+/// The content of a file that [`encode`] made.
 ///
 /// # Errors
-/// One sentence without its end.
+/// Why the bytes are not such a file, as a clause for a message.
 fn decode<C: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<C, String> {
-    let file: File<C> = serde_json::from_slice(bytes).map_err(|e| format!("it is no JSON of ours ({e})"))?;
-    // The digest is of the compact form, however the file is laid out.
+    let file: File<C> = serde_json::from_slice(bytes).map_err(|e| format!("it is not JSON of this program ({e})"))?;
+    // The digest is of the compact form, whatever the layout of the file is.
     let written = serde_json::to_vec(&file.content).map_err(|e| e.to_string())?;
     if sha256(&written) != file.sha256 {
-        return Err("it is not what was written".to_owned());
+        return Err("it does not match its digest".to_owned());
     }
     Ok(file.content)
 }
@@ -296,7 +300,7 @@ mod tests {
         let bytes = encode(&content).expect("JSON");
         let read = decode::<Content>(&bytes).expect("read back");
         assert_eq!(json(&read), json(&content));
-        // Every digit that is another one is noticed, wherever it stands.
+        // A digit that was changed is noticed, wherever it is.
         let digits = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit());
         for at in digits {
             let mut wrong = bytes.clone();

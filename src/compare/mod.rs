@@ -1,8 +1,12 @@
-//! Error against run time: methods and sample counts side by side, over scenes, against the path-traced reference.
+//! Compares methods by error against run time: every method with every sample count, on several scenes, against the
+//! path-traced reference.
 //!
-//! A scene's frames are interleaved: each round renders every configuration once, with the round's number as its seed,
-//! and begins one configuration later than the round before, so that what drifts on a machine meets all alike.
-//! Definitions are in `docs/compare.md`.
+//! Names of scenes and [`Options`] go in. A [`Report`] comes out and is written as `compare.json`, `compare.md`, plots
+//! and sheets. The command `compare` and `paper` call it. `docs/compare.md` has the definitions.
+//!
+//! The frames of a scene are interleaved. Each round renders every configuration once, with the number of the round as
+//! its seed, and begins one configuration later than the round before. So changes in the machine's speed affect all
+//! configurations alike.
 
 pub mod ao;
 mod equal_time;
@@ -45,7 +49,7 @@ pub use kept::PROGRAM;
 pub use plan::{Fallbacks, Options};
 pub use report::{Failure, Overhead, Report, Row, SceneReport};
 
-/// A scene could not be compared, or what was found could not be written.
+/// A scene could not be compared, or its results could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
     #[error(transparent)]
@@ -75,33 +79,33 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// Ctrl-C: the scenes to come are not begun.
+    /// Whether Ctrl-C was pressed. Then no further scene is begun.
     fn is_interruption(&self) -> bool {
         matches!(self, CompareError::Interrupted(_) | CompareError::Render(RenderError::Interrupted(_)))
     }
 }
 
-/// What a comparison found out about one scene.
+/// The results of one scene.
 #[derive(Debug)]
 pub struct Done {
     pub report: SceneReport,
-    /// One a fallback; empty unless asked for.
+    /// One sheet for each fallback. It is empty unless sheets were asked for.
     pub sheets: Vec<Sheet>,
 }
 
-/// A picture of what the methods show.
+/// A picture that shows what the methods show, side by side.
 #[derive(Debug)]
 pub struct Sheet {
-    /// What unknown rays see in it.
+    /// The fallback in it, that is, what unknown rays see.
     pub fallback: String,
     pub png: Vec<u8>,
 }
 
-/// Compares on one scene. With `options.keep`, results that are kept there are taken, which is said on standard error,
-/// and nothing is rendered; new ones are kept as soon as the scene is measured. `options.out` is not used.
+/// Compares on one scene. If `options.keep` already holds its results, these are taken, a note says so, and nothing is
+/// rendered. New results are kept there as soon as the scene is measured. `options.out` is not used.
 ///
 /// # Errors
-/// The scene cannot be compared, or its results not be kept.
+/// The scene cannot be compared, or its results cannot be kept.
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<Done, CompareError> {
     let subject = Subject::load(name, options)?;
     let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, &subject, options)).transpose()?;
@@ -138,8 +142,8 @@ pub enum Leaves {
     References,
 }
 
-/// Does the work of a comparison on some of its scenes, for a report to be written by another run that finds it done.
-/// Gives the scenes that failed.
+/// Does the work of a comparison on some of its scenes, without a report. Another run finds that work done and writes
+/// the report. Returns the scenes that failed.
 ///
 /// # Errors
 /// A folder that cannot be made, or Ctrl-C.
@@ -167,9 +171,9 @@ pub fn part(
     Ok(failed)
 }
 
-/// Compares on each scene, writing `compare.json`, `compare.md`, the scene's plots and, if asked for, its sheets into
-/// `options.out` after each: what is done stays, whatever happens to the next. A scene that fails is in the report's
-/// `failed`. See [`scene`] for what is kept.
+/// Compares on each scene. After each one, writes `compare.json`, `compare.md`, the scene's plots and, if asked for,
+/// its sheets into `options.out`, so that what is done stays whatever happens to the next scene. A scene that fails is
+/// named in the report's `failed`. [`scene`] says what is kept.
 ///
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
@@ -177,8 +181,8 @@ pub fn compare(gpu: &Rc<Gpu>, scenes: &[String], options: &Options, console: &Co
     compare_and_show(gpu, scenes, options, &mut |_, _| (), console)
 }
 
-/// [`compare`], which shows what it found of each scene as soon as the scene's drawings and sheets are written; of one that
-/// failed: nothing.
+/// [`compare`], which calls `show` with each scene's name and results as soon as its drawings and sheets are written.
+/// For a scene that failed there are no results.
 ///
 /// # Errors
 /// As [`compare`].
@@ -189,7 +193,7 @@ pub fn compare_and_show(
     show: &mut dyn FnMut(&str, Option<&Done>),
     console: &Console,
 ) -> Result<Report, CompareError> {
-    // Fail before the work, not after it.
+    // An error with the folders is found before the work, not after it.
     [&options.out, &options.cache].into_iter().chain(&options.keep).try_for_each(|folder| make_folder(folder))?;
     sweep(options)?;
     let mut report = Report::new(gpu.info().clone(), options);
@@ -234,7 +238,7 @@ pub fn sheet_name(scene: &SceneReport, fallback: &str, before: usize) -> String 
     format!("{}_steps.png", stem(scene, fallback, before))
 }
 
-/// Error over time of a scene, a drawing a fallback: what `SCENE.svg` holds.
+/// The drawings of error over time of a scene, one for each fallback, with its name. `SCENE.svg` holds such a drawing.
 pub fn plots(scene: &SceneReport) -> Vec<(String, String)> {
     plot::plots(scene)
 }
@@ -243,7 +247,7 @@ fn make_folder(folder: &Path) -> Result<(), CompareError> {
     std::fs::create_dir_all(folder).map_err(|source| CompareError::Folder { path: folder.to_owned(), source })
 }
 
-/// Removes what runs that were killed have left half-made.
+/// Removes unfinished files that runs left behind when they were killed.
 fn sweep(options: &Options) -> Result<(), WriteError> {
     let kept = ["paths", "light"].map(|name| options.cache.join(name));
     [&options.cache].into_iter().chain(&kept).chain(&options.keep).try_for_each(|folder| sweep_folder(folder))
@@ -259,8 +263,8 @@ fn write(folder: &Path, report: &Report) -> Result<(), CompareError> {
     Ok(())
 }
 
-/// A plot's name without the extension; the fallback is named where there are two, a count where `before` scenes have
-/// the same name.
+/// The name of a plot without its extension. It names the fallback where the scene has several, and has a number at its
+/// end where `before` scenes of the report have the same name.
 fn stem(scene: &SceneReport, fallback: &str, before: usize) -> String {
     let mut stem = scene.scene.clone();
     if scene.results.iter().any(|r| r.fallback != fallback) {
@@ -269,13 +273,13 @@ fn stem(scene: &SceneReport, fallback: &str, before: usize) -> String {
     file_stem(&stem, before)
 }
 
-/// A name as the beginning of a file's name, with a count where `before` scenes have the same one.
+/// A scene's name made fit for a file's name, with a number at its end where `before` scenes have the same name.
 fn file_stem(name: &str, before: usize) -> String {
     let stem = escape::file_name(name);
     if before > 0 { format!("{stem}_{}", before + 1) } else { stem }
 }
 
-/// Says that a scene failed and keeps it for the report; Ctrl-C goes on to the caller.
+/// Prints that a scene failed, and adds it to `failed`. An interruption is handed to the caller instead.
 ///
 /// # Errors
 /// The interruption.
@@ -297,7 +301,7 @@ fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// The Markdown of a report: what `compare.md` holds.
+/// A report as Markdown, which is the content of `compare.md`.
 pub fn markdown(report: &Report) -> String {
     tables::markdown(report)
 }

@@ -1,4 +1,5 @@
-//! What is compared: every method at every sample count, with every fallback.
+//! What is compared. [`Options`] say what was asked for, and [`Options::configurations`] lists every method with every
+//! sample count and every fallback. `run`, `sheet` and `kept` call it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,58 +8,61 @@ use crate::metrics::Networks;
 use crate::render::{Method, Settings};
 use crate::scene::{Fallback, Scene, Shelf};
 
-/// Everything asked of a comparison besides its scenes.
+/// Everything that a comparison is asked for besides its scenes.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The first is the baseline: what the others are divided by. A count in a name is that method's only one.
+    /// The methods. The first is the baseline, by which the others are divided. A method with a count in its name has
+    /// no other count.
     pub methods: Vec<Method>,
-    /// Rays a pixel.
+    /// The numbers of rays a pixel at which every method is measured.
     pub spp: Vec<u32>,
-    /// Rounds, and so random seeds, at least two.
+    /// The number of rounds, each with its own random seed; at least two.
     pub seeds: u32,
-    /// The reference with its paths a pixel.
+    /// The method of the reference, with its paths a pixel.
     pub reference: Method,
-    /// It stops earlier where its relative error is at most this; see `Prepared::set_until`.
+    /// The reference stops earlier once its relative error is at most this; see `Prepared::set_until`. `None`: it does
+    /// not stop earlier.
     pub until: Option<f64>,
-    /// Size, fade and whatever else; seed and fallback are set by the plan.
+    /// Size, fade and everything else that all configurations share. The comparison sets seed and fallback itself.
     pub settings: Settings,
     pub fallback: Fallbacks,
-    /// One of each scene's views; its first by default.
+    /// The view of each scene. `None`: its first.
     pub view: Option<String>,
-    /// Of FLIP.
+    /// Pixels per degree, for FLIP.
     pub pixels_per_degree: f32,
-    /// Of LPIPS and DISTS; none: these are not measured.
+    /// The networks of LPIPS and DISTS. A measure without its network is left out.
     pub networks: Arc<Networks>,
-    /// Where references are kept.
+    /// The folder in which references are kept.
     pub cache: PathBuf,
-    /// Where results are kept, and taken from; none: every scene is measured.
+    /// The folder in which results are kept and looked for. `None`: every scene is measured.
     pub keep: Option<PathBuf>,
     pub out: PathBuf,
-    /// Pictures and enlarged crops of every method as well.
+    /// Whether sheets are drawn: pictures of every method with enlarged parts.
     pub sheets: bool,
-    /// Where the scenes are loaded, once each.
+    /// Loads each scene once.
     pub scenes: Shelf,
 }
 
-/// What unknown rays see.
+/// Which fallbacks are compared, that is, what unknown rays see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fallbacks {
     One(Fallback),
-    /// Black, and the scene's own where that is another.
+    /// Black, and the scene's own fallback where that is another one.
     Both,
 }
 
-/// One line of the result: a method with its samples and its fallback.
+/// What one row of the results is about: a method with its number of samples and its fallback.
 #[derive(Debug, Clone)]
 pub struct Configuration {
-    /// Without `@N`.
+    /// The name of the method without `@N`.
     pub name: String,
     pub method: Method,
     pub fallback: Fallback,
 }
 
 impl Options {
-    /// Every configuration once, in the order of methods, then samples, fallback by fallback.
+    /// Every configuration once: fallback by fallback, within it method by method, within that in the order of the
+    /// sample counts.
     pub fn configurations(&self, scene: &Scene) -> Vec<Configuration> {
         let fallbacks = match self.fallback {
             Fallbacks::One(fallback) => vec![fallback],
@@ -78,7 +82,7 @@ impl Options {
     }
 }
 
-/// `sssr` of `sssr@4`.
+/// A method's name without its count, such as `sssr` for `sssr@4`.
 pub fn base_name(method: &Method) -> String {
     let text = method.to_string();
     text.split('@').next().unwrap_or(&text).to_owned()

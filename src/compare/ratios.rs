@@ -1,4 +1,6 @@
-//! Methods over the baseline with as many samples: errors, inconsistency, and times pass by pass.
+//! Ratios of each method to the baseline with the same number of samples: of errors, of inconsistency, and of the times
+//! by groups of passes. `run` calls it with a scene's rows. The other comparisons use its quartiles and geometric
+//! means.
 
 use cyclopean_analysis::interval::student_t;
 
@@ -7,7 +9,8 @@ use crate::metrics::jackknife::{self, Figure};
 use crate::metrics::lasting::Without;
 use crate::metrics::network;
 
-/// Measures with a value a round; the last two are compared as what they lack of 1.
+/// The measures that have a value for each round, with the names of their ratios. The last two are similarities, so 1
+/// minus the measure is compared.
 const BY_ROUND: [(&str, &str); 13] = [
     ("mse", "mse"),
     ("rse", "rse"),
@@ -24,33 +27,33 @@ const BY_ROUND: [(&str, &str); 13] = [
     ("reflection_ssim", "one_minus_reflection_ssim"),
 ];
 
-/// Every method but the baseline, with the baseline's row of as many samples.
+/// Every row but the baseline's, with the baseline's row of the same number of samples and the same fallback.
 fn peers<'a>(rows: &'a [Row], baseline: &str) -> Vec<(&'a Row, &'a Row)> {
     let of_baseline = |row: &Row| rows.iter().find(|b| b.method == baseline && b.is_peer(row));
     rows.iter().filter(|r| r.method != baseline).filter_map(|r| Some((r, of_baseline(r)?))).collect()
 }
 
-/// One value over another, or why a geometric mean cannot hold that ratio.
+/// One value divided by another, or why that ratio cannot be part of a geometric mean.
 fn quotient(own: Option<f64>, base: Option<f64>) -> Result<f64, &'static str> {
-    let (Some(own), Some(base)) = (own, base) else { return Err("it is undefined there") };
+    let (Some(own), Some(base)) = (own, base) else { return Err("a value is undefined") };
     match (own, base) {
-        _ if !own.is_finite() || !base.is_finite() => Err("it is not finite there"),
+        _ if !own.is_finite() || !base.is_finite() => Err("a value is not finite"),
         _ if own < 0.0 || base < 0.0 => Err("an estimate below 0 has no ratio"),
-        (_, 0.0) => Err("the baseline's is 0, so there is nothing to divide by"),
-        (0.0, _) => Err("the method's is 0, and 0 has no logarithm"),
+        (_, 0.0) => Err("the baseline's value is 0, so there is nothing to divide by"),
+        (0.0, _) => Err("the method's value is 0, and 0 has no logarithm"),
         _ => Ok(own / base),
     }
 }
 
 impl LeftOut {
-    /// Of this row.
+    /// Says why a measure of this row has no ratio.
     pub fn of(row: &Row, measure: String, why: &str) -> LeftOut {
         let (method, fallback) = (row.method.clone(), row.fallback.clone());
         LeftOut { method, spp: row.spp, fallback, measure, why: why.to_owned() }
     }
 }
 
-/// Ratios of error and inconsistency; what has none is added to `left_out`.
+/// The ratios of errors and of inconsistency. A measure without a ratio is added to `left_out`.
 pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Ratio> {
     let mut ratios = Vec::new();
     for (row, base) in peers(rows, baseline) {
@@ -62,7 +65,7 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
             Err(why) => left_out.push(LeftOut::of(row, measure.to_owned(), why)),
         };
         for (measure, name) in BY_ROUND {
-            // What no network was named for is not missing.
+            // A measure whose network was not named is not reported as left out.
             if network::measure_of(measure).is_some() && !row.left.means.contains_key(measure) {
                 continue;
             }
@@ -85,17 +88,17 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
     ratios
 }
 
-/// A figure without each group of seeds.
+/// Picks the values of one figure without each group of seeds.
 type Group = fn(&Without) -> &[f64];
 
-/// The interval of a ratio whose figures are known without each group of seeds.
+/// The interval of a ratio by the jackknife, from the figures without each group of seeds.
 fn over_groups([own, base]: [(&Row, f64); 2], of: Group) -> Option<[f64; 2]> {
     let (a, b) = (own.0.jackknife.as_ref()?, base.0.jackknife.as_ref()?);
     let (own, base) = (Figure { all: own.1, without: of(a) }, Figure { all: base.1, without: of(b) });
     (a.seeds == b.seeds).then(|| jackknife::ratio(own, base, &a.seeds))?
 }
 
-/// Ratios of times, round by round; what has none is added to `left_out`.
+/// The ratios of times, taken in each round. A group of passes without a ratio is added to `left_out`.
 pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Overhead> {
     let mut found = Vec::new();
     for (row, base) in peers(rows, baseline) {
@@ -107,7 +110,7 @@ pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Ve
                 .collect();
             if ratios.is_empty() {
                 let medians = quotient(row.ms.get(group).copied(), base.ms.get(group).copied());
-                let why = medians.err().unwrap_or("no round measured both");
+                let why = medians.err().unwrap_or("no round has both times");
                 left_out.push(LeftOut::of(row, format!("ms_{group}"), why));
                 continue;
             }
@@ -126,7 +129,8 @@ pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Ve
     found
 }
 
-/// First quartile, median, third quartile of sorted values, linear between neighbours (R's type 7); 0 of none.
+/// The first quartile, the median and the third quartile of sorted values, linear between neighbours (R's type 7). They
+/// are 0 where there are no values.
 pub fn quartiles(sorted: &[f64]) -> [f64; 3] {
     [0.25, 0.5, 0.75].map(|p| {
         let at = p * sorted.len().saturating_sub(1) as f64;
@@ -138,10 +142,11 @@ pub fn quartiles(sorted: &[f64]) -> [f64; 3] {
     })
 }
 
-/// mean(a) / mean(b) of values that belong together in pairs, and the 95 % Student t interval of its logarithm.
+/// The ratio mean(a) / mean(b) of values that belong together in pairs, and its 95 % interval by Student's t on the
+/// logarithm.
 ///
-/// Linearised: ln(mean a / mean b) moves by a_i/mean(a) − b_i/mean(b) over n with each pair, so those differences have
-/// its spread, and what both share of a seed's luck cancels.
+/// The logarithm is linearised: each pair moves ln(mean a / mean b) by (a_i/mean(a) − b_i/mean(b)) / n. So the spread
+/// of these differences gives the interval, and the luck of a seed that both share cancels.
 fn ratio_of_means(a: &[f64], b: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
     let (Some(mean_a), Some(mean_b)) = (mean(a), mean(b)) else { return (None, None) };
     let log = (mean_a / mean_b).ln();
@@ -153,7 +158,7 @@ fn mean(values: &[f64]) -> Option<f64> {
     crate::metrics::mean(values.iter().copied())
 }
 
-/// Geometric mean and the 95 % Student t interval about it, from logarithms; the interval takes two.
+/// The geometric mean and its 95 % interval by Student's t, from logarithms. The interval needs at least two values.
 pub fn geometric(logs: &[f64]) -> (Option<f64>, Option<[f64; 2]>) {
     let Some(mean) = mean(logs).filter(|m| m.is_finite()) else { return (None, None) };
     let i = student_t(logs, 0.95);
@@ -173,7 +178,8 @@ mod tests {
 
     #[test]
     fn a_ratio_of_means_knows_what_seeds_share() {
-        // Half of it each time, whatever the seed: no doubt. Unrelated: much.
+        // Where one value is half of the other with every seed, the interval has no width. Where they are unrelated it
+        // is wide.
         let theirs = [1.0, 2.0, 9.0, 4.0];
         let (ratio, interval) = ratio_of_means(&theirs.map(|v| v / 2.0), &theirs);
         assert!((ratio.expect("four") - 0.5).abs() < 1e-12);

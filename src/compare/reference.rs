@@ -1,10 +1,12 @@
-//! The path-traced reference of a view: made once, kept by its content's hash, verified when it is read.
+//! The path-traced reference of a view. It is made once, stored under a hash of everything that it follows from, and
+//! verified when it is read. [`Subject::reference`](super::subject::Subject::reference) asks for it.
 //!
-//! It goes on from the sums of an earlier run with fewer paths, also of one that Ctrl-C ended, and may stop where its
-//! standard error is small enough: [`super::trail`].
+//! Tracing goes on from the sums of an earlier run with fewer paths, even if Ctrl-C ended that run. It may also stop as
+//! soon as the standard error is small enough. [`super::trail`] has these sums.
 //!
-//! A second one with another seed stands beside it. Half their mean squared difference is the reference's variance
-//! without any assumption about its samples, and what it scores as a method is the floor of the others.
+//! A second reference with another seed is stored with it. Half the mean squared difference between the two is the
+//! variance of the reference, without any assumption about its samples. Measured like a method, the second one gives
+//! the floor of the methods' figures.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,13 +26,15 @@ use crate::render::geometry::EyeGeometry;
 use crate::render::{Geometry, Prepared, Renderer, Settings, identity};
 use crate::scene::{Fallback, Scene, StereoCamera};
 
-/// Far from the rounds' seeds, which begin at 0: equal seeds would share random numbers.
+/// The seeds of the two references. They are far from the seeds of the rounds, which begin at 0, because equal seeds
+/// would share random numbers.
 const SEEDS: [u32; 2] = [1_000_001, 1_000_002];
 
-/// Of the files' meaning, the choice of pairs included: another one is made anew.
+/// The version of the meaning of the files, including how pairs are chosen. A stored reference of another version is
+/// made again.
 const VERSION: u32 = 1;
 
-/// The most bytes of a file of a reference: both eyes of the largest picture, with its layers.
+/// The most bytes of a file of a reference. Both eyes of the largest picture fit into it with all layers.
 const MOST_KEPT: u64 = 16 << 30;
 
 const PICTURE: &str = "reference.exr";
@@ -44,35 +48,36 @@ pub struct Reference {
     pub folder: PathBuf,
     /// Paths a pixel.
     pub spp: u32,
-    /// Linear radiance, the outgoing reflection alone, and its standard error.
+    /// The composite in linear radiance, then the outgoing reflection alone, then the standard error of the reflection.
     pub linear: StereoPicture,
     pub reflection: StereoPicture,
     pub error: StereoPicture,
-    /// R: 1 where a reflection ray starts; G: 1 / hit distance; B: raw depth.
+    /// R is 1 where a reflection ray starts, G is 1 / hit distance, and B is raw depth.
     rays: StereoPicture,
     pub pairs: Pairs,
-    /// With the second seed.
+    /// The composite and the reflection with the second seed.
     pub again: [StereoPicture; 2],
 }
 
-/// What is stored of a reference, written last.
+/// The manifest of a stored reference. It is written last.
 #[derive(Debug, Serialize, Deserialize)]
 struct Manifest {
     version: u32,
     scene: String,
     spp: u32,
-    /// SHA-256 (hex) by file.
+    /// The SHA-256 (hex) of each file.
     files: BTreeMap<String, String>,
 }
 
 impl Reference {
-    /// Pixels of an eye that trace a reflection ray.
+    /// Which pixels of an eye trace a reflection ray.
     pub fn mask(&self, eye: usize) -> Vec<bool> {
         self.rays.eyes[eye].iter().map(|t| t[0] > 0.0).collect()
     }
 
-    /// The pixels of both eyes that show the same reflection by geometry alone, whatever the reference's noise says of
-    /// them; `prepared` has drawn a frame of this view. Left and right index, row-major.
+    /// The pairs of pixels that show the same reflection by geometry alone, whether or not their luminances match in
+    /// the reference. `prepared` must have drawn a frame of this view. The indices are those in the left and in the
+    /// right eye, row-major.
     ///
     /// # Errors
     /// When a Vulkan call fails.
@@ -85,10 +90,10 @@ impl Reference {
         Ok(surfaces_of(prepared, &geometry, size).pairs().collect())
     }
 
-    /// The stored one, or a new one that is then stored.
+    /// The stored reference, or a new one that is then stored. A damaged one is made again, and a note says so.
     ///
     /// # Errors
-    /// What the device or the disk said; a stored file that is damaged is only made again, which is said.
+    /// A failure of the device or of the disk.
     pub fn obtain(
         gpu: &Gpu,
         renderer: &mut Renderer,
@@ -113,7 +118,7 @@ impl Reference {
         prepared.set_until(options.until.filter(|_| count.is_none()));
         let mut bar = console.progress("reference", 2 * u64::from(prepared.method().samples()));
         trace(&prepared, &mut trails[0], (&mut bar, 0))?;
-        // Where nothing reflects nothing is traced, and nothing is known of an error.
+        // Where nothing reflects, nothing is traced, so no number of samples is reached.
         let spp = Some(prepared.samples_reached()).filter(|spp| *spp > 0).unwrap_or(most);
         let key = key(renderer, spp)?;
         if count.is_none()
@@ -130,7 +135,7 @@ impl Reference {
         prepared.set_seed(SEEDS[1], 0);
         trace(&prepared, &mut trails[1], (&mut bar, spp))?;
         let again = [prepared.linear()?, prepared.reflection()?];
-        // What validation speaks against is not kept.
+        // A reference is not stored if there was a validation message.
         gpu.check_validation()?;
         let folder = options.cache.join(&key);
         let made = Reference { key, folder, spp, linear, reflection, error, rays, pairs, again };
@@ -138,7 +143,7 @@ impl Reference {
         Ok(made)
     }
 
-    /// The one of this key, if it is whole.
+    /// The stored reference with this key, if it is undamaged.
     fn stored(key: &str, options: &Options, console: &Console) -> Option<Reference> {
         let folder = options.cache.join(key);
         if !folder.join(MANIFEST).exists() {
@@ -149,7 +154,7 @@ impl Reference {
             .ok()
     }
 
-    /// Stores it, unless another program has stored it meanwhile.
+    /// Stores the reference, unless another program has stored it in the meantime.
     fn write(&self, scene: &str) -> Result<(), CompareError> {
         let cache = self.folder.parent().unwrap_or(Path::new("."));
         super::make_folder(cache)?;
@@ -180,18 +185,21 @@ impl Reference {
         Ok(files::write_bytes(&folder.join(MANIFEST), &serde_json::to_vec_pretty(&manifest)?)?)
     }
 
-    /// The stored files, or why they cannot be used.
+    /// Reads the stored files.
+    ///
+    /// # Errors
+    /// Why they cannot be used, as a clause for a message.
     fn read(key: &str, folder: &Path) -> Result<Reference, String> {
         let bytes =
             |name: &str| files::read(&folder.join(name), MOST_KEPT).map_err(|e| format!("{name} cannot be read ({e})"));
-        let json = |e: serde_json::Error| format!("it is no JSON of ours ({e})");
+        let json = |e: serde_json::Error| format!("it is not JSON of this program ({e})");
         let manifest: Manifest = serde_json::from_slice(&bytes(MANIFEST)?).map_err(json)?;
         if manifest.version != VERSION {
-            return Err(format!("it is of version {}, {VERSION} is needed", manifest.version));
+            return Err(format!("its version is {}, and {VERSION} is needed", manifest.version));
         }
         for name in [PICTURE, AGAIN, PAIRS] {
             if manifest.files.get(name) != Some(&sha256(&bytes(name)?)) {
-                return Err(format!("{name} is not what was written"));
+                return Err(format!("{name} does not match its digest"));
             }
         }
         let read = |name: &str, layer: &str| picture::read_exr(&folder.join(name), layer).map_err(|e| e.to_string());
@@ -209,7 +217,8 @@ impl Reference {
     }
 }
 
-/// Paths see the geometry: neither fade, fallback nor filter changes them, and none shall make another reference.
+/// The settings of the reference. Its paths go through the geometry, so fade, fallback and filter do not change them.
+/// These are set to fixed values here, so that they do not lead to another reference.
 fn settings(options: &Options) -> Settings {
     let neutral = Settings::default();
     Settings {
@@ -225,7 +234,7 @@ fn settings(options: &Options) -> Settings {
     }
 }
 
-/// What the paths of a view follow from: they are the same, whatever their number.
+/// A hash of everything that the paths of a view follow from, except their number.
 fn any_number(
     scene: &Scene,
     camera: &StereoCamera,
@@ -235,7 +244,7 @@ fn any_number(
     identity(scene, camera, &options.reference.clone().with_exactly(1), &settings(options), device_kind)
 }
 
-/// Everything that the reference of a view, its second one and its pairs follow from.
+/// Everything that the references of a view and its pairs follow from.
 pub fn follows_from(
     scene: &Scene,
     camera: &StereoCamera,
@@ -247,7 +256,7 @@ pub fn follows_from(
     Ok(serde_json::json!({ "version": VERSION, "seeds": SEEDS, "paths": paths, "spp": spp, "until": until }))
 }
 
-/// Renders a frame from the sums that are kept, and keeps its own, also what Ctrl-C leaves of them.
+/// Renders a frame, which begins with the sums that are kept. Keeps its own sums, even if Ctrl-C ends it.
 fn trace(prepared: &Prepared, trail: &mut Trail, (bar, before): (&mut Progress, u32)) -> Result<(), CompareError> {
     trail.lend(prepared);
     let done = prepared.frame(&mut |done, _| {
@@ -264,7 +273,7 @@ fn choose_pairs(prepared: &Prepared, geometry: &Geometry, linear: &StereoPicture
     Pairs::choose(&surfaces, &reference)
 }
 
-/// What the metrics ask of a prepared view's geometry.
+/// The geometry of a prepared view in the form that the metrics take.
 pub(super) fn surfaces_of<'a>(
     prepared: &'a Prepared,
     geometry: &'a Geometry,
@@ -296,7 +305,7 @@ fn rays(geometry: &Geometry, like: &StereoPicture) -> StereoPicture {
     StereoPicture { width: like.width, height: like.height, eyes }
 }
 
-/// Of the same size.
+/// A black picture of the same size.
 pub(super) fn black(like: &StereoPicture) -> StereoPicture {
     let eyes = [0, 1].map(|eye: usize| vec![[0.0; 3]; like.eyes[eye].len()]);
     StereoPicture { width: like.width, height: like.height, eyes }

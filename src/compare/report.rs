@@ -1,4 +1,4 @@
-//! `compare.json`. Its keys may be parsed by others: they are added to, never renamed.
+//! The content of `compare.json`. Other programs may read its keys, so keys are added but never renamed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -22,13 +22,13 @@ pub struct Report {
     pub seeds: u32,
     pub reference_spp: u32,
     pub pixels_per_degree: f32,
-    /// SHA-256 of the networks' files, by `lpips` and `dists`; absent: none was named.
+    /// The SHA-256 of the networks' files under `lpips` and `dists`. The key is absent where no network was named.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub networks: BTreeMap<String, String>,
-    /// What all configurations share; seed and fallback are theirs.
+    /// The settings that all configurations share. Seed and fallback differ between them.
     pub settings: Settings,
     pub scenes: Vec<SceneReport>,
-    /// Ratios over all scenes.
+    /// The ratios over all scenes.
     pub summary: Vec<Summary>,
     pub failed: Vec<Failure>,
 }
@@ -40,28 +40,28 @@ pub struct Failure {
     pub error: String,
 }
 
-/// One scene.
+/// The results of one scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SceneReport {
     pub scene: String,
     pub scene_sha256: String,
     pub view: String,
-    /// Of every tone map here: the reference's.
+    /// The exposure of the scene, with which every picture here is tone-mapped.
     pub exposure: f32,
-    /// Share of the pixels, both eyes, that trace a reflection ray.
+    /// The share of the pixels of both eyes that trace a reflection ray.
     pub reflective: f64,
-    /// What the ratios are divided by, without `@N`.
+    /// The name of the method by which the others are divided, without `@N`.
     pub baseline: String,
     pub reference: ReferenceReport,
     pub pairs: PairsReport,
     pub results: Vec<Row>,
-    /// Every method over the baseline with as many samples.
+    /// The measures of every method over the baseline's with the same number of samples.
     pub equal_sample: Vec<Ratio>,
-    /// Every method over the baseline's error curve at the method's own time.
+    /// The errors of every method, and the baseline's error in the same time.
     pub equal_time: Vec<EqualTime>,
-    /// Times over the baseline's, taken within each round.
+    /// The times of every method over the baseline's, taken in each round.
     pub overhead: Vec<Overhead>,
-    /// Ratios that the three lists above lack, and why: 0, without end or undefined.
+    /// The ratios that the three lists above do not have, and why: a value is 0, negative, infinite or undefined.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -71,178 +71,187 @@ pub struct LeftOut {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// As [`Summary::measure`].
+    /// As in [`Summary::measure`].
     pub measure: String,
     pub why: String,
 }
 
-/// What the reference is worth.
+/// The reference, and how noisy it is.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReferenceReport {
-    /// Its folder in the cache.
+    /// The name of its folder in the cache, which is a hash.
     pub key: String,
     pub files: PathBuf,
     pub spp: u32,
-    /// Mean variance of a pixel's reflection (linear radiance squared), left and right, measured as half the mean
-    /// squared difference between two references of different seeds. Every `mse` and `bias2` here holds it.
+    /// The mean variance of a pixel's reflection in the left and in the right eye, linear radiance squared. It is
+    /// measured as half the mean squared difference between two references with different seeds. Every `mse` and
+    /// `bias2` here includes it.
     pub variance: [f64; 2],
 }
 
-/// Pairs of pixels, see `metrics::pairs`.
+/// How many pairs of pixels there are; see `metrics::pairs`.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct PairsReport {
     pub candidates: u64,
     pub used: u64,
-    /// Share of the candidates that the reference's noise leaves open.
+    /// The share of the candidates for which the reference is too noisy to tell whether they match.
     pub undecided: Option<f64>,
-    /// Share of the candidates that differ in the reference.
+    /// The share of the candidates that differ in the reference.
     pub different: Option<f64>,
-    /// Share of the used pairs beyond 2 % in a reference with another seed, its noise included: what the choice of pairs
-    /// owes to the noise of the reference that chose them. A method's share of that size says little.
+    /// The share of the used pairs whose contrast is above 2 % in a reference with another seed; its noise counts too.
+    /// It is above 0 because the pairs were chosen with a noisy reference. A method's share of that size says little.
     pub floor: Option<f64>,
 }
 
-/// One method with its samples and fallback.
+/// The results of one method with its number of samples and its fallback.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
-    /// Without `@N`.
+    /// The method's name without `@N`.
     pub method: String,
-    /// What was rendered, with `@N`: another name where the method stands for what suits the device.
+    /// The method that was rendered, with `@N`. It has another name where the method stands for one that the device
+    /// decides.
     pub rendered_method: String,
     pub spp: u32,
     pub fallback: String,
     pub seeds: u32,
-    /// Medians over rounds, milliseconds on the device, both eyes.
+    /// The median times over the rounds for both eyes, in milliseconds on the device.
     pub ms: Groups,
-    /// First and third quartile.
+    /// The first and the third quartile of the same times.
     pub ms_quartiles: BTreeMap<String, [f64; 2]>,
-    /// Every pass of the frame under its own name, medians.
+    /// The median time of every pass of the frame, by its name.
     pub passes: BTreeMap<String, f64>,
     pub left: EyeReport,
     pub right: EyeReport,
-    /// Null: no pairs.
+    /// The share of pairs that differ by more than 2 % whatever the seed is. Null: there are no pairs.
     pub systematic_inconsistency: Option<f64>,
-    /// 95 % over seeds, delete-a-group jackknife; approximate, as the share counts what lies beyond a threshold.
+    /// Its 95 % interval over the seeds by the delete-a-group jackknife. It is approximate, because the share counts
+    /// what lies beyond a threshold.
     pub systematic_inconsistency_interval: Option<[f64; 2]>,
     pub systematic: Option<Systematic>,
-    /// The squared lasting contrast that is not owed to the reference, without the noise of either.
+    /// The squared lasting contrast that the reference does not have itself, free of the noise of both.
     pub systematic_unbiased: Option<Unbiased>,
-    /// The same share beyond so many per cent.
+    /// The same share beyond other thresholds, by per cent.
     pub systematic_over: Option<BTreeMap<u32, f64>>,
     pub noise_variance: Option<f64>,
-    /// 95 % over seeds, delete-a-group jackknife.
+    /// Its 95 % interval over the seeds by the delete-a-group jackknife.
     pub noise_variance_interval: Option<[f64; 2]>,
     pub noise_variance_relative: Option<f64>,
-    /// Share of pairs beyond so many per cent in single frames.
+    /// The share of pairs beyond each threshold in single frames, by per cent.
     pub noise_over: Option<BTreeMap<u32, f64>>,
-    /// What those intervals are made of: the three figures without each group of seeds in turn.
+    /// The figures from which those intervals are made, without each group of seeds in turn.
     pub jackknife: Option<Without>,
-    /// Fireflies of both eyes and all seeds together; see `metrics::fireflies`.
+    /// The number of fireflies in both eyes with all seeds; see `metrics::fireflies`.
     pub fireflies_total: u64,
-    /// Radiance beyond fp16 that was clamped, summed over the seeds.
+    /// The number of values of radiance that were clamped because fp16 cannot hold them, summed over the seeds.
     pub clamped: u64,
-    /// By round, for other statistics than ours.
+    /// The values by round, for statistics that are not in this report.
     pub rounds: Rounds,
 }
 
-/// One eye of a row: means over the seeds.
+/// The results of one eye: means over the seeds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EyeReport {
-    /// `mse`, `rse`, `relmse`, `tonemapped_mse` of the outgoing reflection over the pixels that trace; `ssim`, `flip` of
-    /// the tone-mapped composite; `reflection_ssim`, `reflection_flip`, `composite_mse`, `composite_rse`,
-    /// `composite_tonemapped_mse`; `fireflies` of the composite per million pixels that trace. Null: undefined. Where their
-    /// networks were named, `lpips`, `dists` of the tone-mapped composite and `reflection_lpips`, `reflection_dists`.
+    /// The means by measure. `mse`, `rse`, `relmse` and `tonemapped_mse` are of the outgoing reflection over the pixels
+    /// that trace, and so are `reflection_ssim` and `reflection_flip`, of the tone-mapped reflection. `ssim` and `flip`
+    /// are of the tone-mapped composite. `composite_mse`, `composite_rse` and `composite_tonemapped_mse` are of the
+    /// composite. `fireflies` are those of the composite, per million pixels that trace. Where the networks were named,
+    /// `lpips` and `dists` are of the tone-mapped composite, and `reflection_lpips` and `reflection_dists` of the
+    /// tone-mapped reflection. Null: undefined.
     #[serde(flatten)]
     pub means: BTreeMap<String, Option<f64>>,
     pub bias2: Option<f64>,
     pub variance: Option<f64>,
-    /// 95 % Student t over the seeds, by measure.
+    /// The 95 % intervals over the seeds by Student's t, by measure.
     pub intervals: BTreeMap<String, [f64; 2]>,
 }
 
-/// Values by round.
+/// The values by round.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Rounds {
     pub ms: Vec<Groups>,
-    /// By measure, mean of the eyes.
+    /// The mean of the eyes by round, by measure.
     pub measures: BTreeMap<String, Vec<f64>>,
 }
 
-/// A measure of a method over the baseline's with as many samples.
+/// A measure of a method, divided by the baseline's with the same number of samples.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ratio {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`, `lpips`, `dists`,
-    /// `reflection_lpips`, `reflection_dists`,
-    /// `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2`, `variance` (means of the eyes),
-    /// `systematic_inconsistency`, `systematic_unbiased` (of `squared`), `noise_variance`.
+    /// One of `mse`, `rse`, `relmse`, `tonemapped_mse`, `composite_tonemapped_mse`, `flip`, `reflection_flip`, `lpips`,
+    /// `dists`, `reflection_lpips`, `reflection_dists`, `one_minus_ssim`, `one_minus_reflection_ssim`, `bias2` and
+    /// `variance`, which are means of the eyes, or `systematic_inconsistency`, `systematic_unbiased` (its `squared`)
+    /// and `noise_variance`.
     pub measure: String,
-    /// Of the means over seeds; below 1: the method is better.
+    /// The ratio of the means over the seeds. Below 1 the method is better.
     pub ratio: f64,
-    /// 95 % Student t of its logarithm over pairs of seeds; for consistency, which has no value a seed, the delete-a-group
-    /// jackknife's. Null for bias and variance, and where a logarithm does not exist.
+    /// Its 95 % interval by Student's t on the logarithm, with the two methods paired by seed. Figures of consistency
+    /// have no value for a single seed, so theirs is by the delete-a-group jackknife. Null for bias and variance, and
+    /// where a logarithm does not exist.
     pub interval: Option<[f64; 2]>,
 }
 
-/// Errors at equal time: the method's and the baseline's, means of the eyes.
+/// Errors at equal time: those of the method and of the baseline, as means of the eyes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EqualTime {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// The method's median reflection time.
+    /// The method's median time for reflections.
     pub ms: f64,
     pub mse: f64,
-    /// Of the baseline at that time: log error over log time, linear between its measured sample counts.
+    /// The baseline's at that time. It is read from a curve of log error over log time, which is linear between the
+    /// measured sample counts.
     pub baseline_mse: f64,
-    /// Of the mean squared errors.
+    /// The ratio of the mean squared errors.
     pub ratio: f64,
-    /// Null: undefined, or without a curve; see `left_out` of the scene.
+    /// Null where it is undefined or there is no curve; the scene's `left_out` says which.
     pub relmse: Option<f64>,
     pub baseline_relmse: Option<f64>,
     pub relmse_ratio: Option<f64>,
     pub tonemapped_mse: Option<f64>,
     pub baseline_tonemapped_mse: Option<f64>,
     pub tonemapped_mse_ratio: Option<f64>,
-    /// The time lies outside what was measured of the baseline; the nearest segment was prolonged.
+    /// Whether the time is outside the times that were measured of the baseline. Then the nearest segment was
+    /// prolonged.
     pub extrapolated: bool,
 }
 
-/// Time over the baseline's.
+/// The time of a group of passes over the baseline's, taken in each round.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Overhead {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// A key of `ms`.
+    /// The group: a key of [`Row::ms`].
     pub group: String,
     pub median: f64,
     pub quartiles: [f64; 2],
 }
 
-/// Geometric mean over scenes of a ratio.
+/// The geometric mean of a ratio over the scenes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
-    /// As in [`Ratio`], or `equal_time_mse`, `equal_time_relmse`, `equal_time_tonemapped_mse`, or `ms_` and a key of `ms`.
+    /// A measure as in [`Ratio::measure`], or `equal_time_mse`, `equal_time_relmse`, `equal_time_tonemapped_mse`, or
+    /// `ms_` with a key of [`Row::ms`] behind it.
     pub measure: String,
     /// Null: no scene has a ratio.
     pub geomean: Option<f64>,
-    /// 95 % Student t over the scenes' logarithms; null for one scene.
+    /// Its 95 % interval by Student's t over the scenes' logarithms. Null for one scene.
     pub interval: Option<[f64; 2]>,
-    /// The largest of the scenes; null without any.
+    /// The largest ratio of a scene. Null: no scene has a ratio.
     pub worst: Option<f64>,
-    /// Scenes that have a ratio.
+    /// The number of scenes that have a ratio.
     pub scenes: usize,
-    /// The other scenes that measured this method, samples and fallback.
+    /// The other scenes in which this method was measured with these samples and this fallback.
     pub left_out: Vec<SceneLeftOut>,
 }
 
-/// A scene whose ratio no geometric mean can hold.
+/// A scene that has no ratio which could be part of a geometric mean.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneLeftOut {
     pub scene: String,
@@ -250,7 +259,7 @@ pub struct SceneLeftOut {
 }
 
 impl Report {
-    /// Nothing compared yet.
+    /// A report without any scene yet.
     pub fn new(device: DeviceInfo, options: &Options) -> Report {
         Report {
             device,
@@ -269,19 +278,19 @@ impl Report {
 }
 
 impl Row {
-    /// Mean of both eyes' means.
+    /// The mean of the two eyes' means.
     pub fn both(&self, measure: &str) -> Option<f64> {
         let value = |eye: &EyeReport| eye.means.get(measure).copied().flatten();
         Some((value(&self.left)? + value(&self.right)?) / 2.0)
     }
 
-    /// The same configuration by another method.
+    /// Whether another row has the same number of samples and the same fallback.
     pub fn is_peer(&self, other: &Row) -> bool {
         self.spp == other.spp && self.fallback == other.fallback
     }
 }
 
-/// Shares by threshold in per cent.
+/// Shares by their threshold in per cent.
 pub fn by_percent(shares: [f64; THRESHOLDS.len()]) -> BTreeMap<u32, f64> {
     THRESHOLDS.iter().zip(shares).map(|(t, share)| ((t * 100.0).round() as u32, share)).collect()
 }

@@ -1,4 +1,5 @@
-//! One scene: its reference, its rounds, its numbers.
+//! Measures one scene: gets its reference, renders the rounds, and computes the numbers. A [`Subject`] and [`Options`]
+//! go in, and a [`SceneReport`] comes out. [`super::scene`] calls it.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -21,7 +22,7 @@ use crate::picture::StereoPicture;
 use crate::render::{FrameReport, Prepared, Settings};
 use crate::scene::Fallback;
 
-/// What is measured of each eye in each round.
+/// The measures of each eye in each round.
 const MEASURES: [&str; 16] = [
     "mse",
     "rse",
@@ -46,7 +47,7 @@ type Measured = [Option<f64>; MEASURES.len()];
 /// Measures one scene.
 ///
 /// # Errors
-/// [`CompareError`]; nothing of the scene is kept but its reference.
+/// [`CompareError`]. Then only the scene's reference is kept.
 pub fn scene(
     gpu: &Rc<Gpu>,
     subject: &Subject,
@@ -71,7 +72,7 @@ pub fn scene(
         runs.push(Run::new(configuration, prepared, &reference, &agreement));
     }
     rounds(&mut runs, &masks, (&judges, networks), options.seeds, &scene.name, console)?;
-    // After the last frame, so that a message about any of them refuses the scene's numbers.
+    // Asked after the last frame, so that the scene fails if there was a validation message about any frame.
     gpu.check_validation()?;
 
     let results: Vec<Row> = runs.into_iter().map(|run| run.row(&reference, &masks, networks)).collect();
@@ -107,7 +108,7 @@ pub fn scene(
     })
 }
 
-/// Every configuration once a round; the first round only warms up.
+/// Renders every configuration once in each round. The first round only warms up and is not measured.
 fn rounds(
     runs: &mut [Run<'_>],
     masks: &[Vec<bool>; 2],
@@ -133,8 +134,8 @@ fn rounds(
     Ok(())
 }
 
-/// One eye's reference, made ready: the reflection over the pixels that trace, the composite over all, and the fireflies
-/// of the composite among the pixels that trace.
+/// One eye's reference, prepared for comparison with many frames. The reflection is judged over the pixels that trace,
+/// and the composite over all pixels. Fireflies of the composite are counted among the pixels that trace.
 struct EyeJudge {
     size: (usize, usize),
     reflection: Judge,
@@ -158,10 +159,10 @@ impl EyeJudge {
         }
     }
 
-    /// In the order of [`MEASURES`], and the number of fireflies.
+    /// The measures of a frame in the order of [`MEASURES`], and its number of fireflies.
     ///
     /// # Errors
-    /// A network that gives no number.
+    /// A network that cannot compare the pictures.
     fn measure(
         &self,
         reflection: &[[f32; 3]],
@@ -202,14 +203,14 @@ impl EyeJudge {
     }
 }
 
-/// A configuration on its way through the rounds.
+/// A configuration, and what the rounds so far have measured of it.
 struct Run<'a> {
     configuration: Configuration,
     prepared: Prepared,
     groups: Vec<Groups>,
     passes: Vec<BTreeMap<String, f64>>,
     measured: [Vec<Measured>; 2],
-    /// Of the reflection's channels over the pixels that trace.
+    /// The moments of the reflection's channels over the pixels that trace, by eye.
     moments: [Moments; 2],
     consistency: Consistency<'a>,
     fireflies: u64,
@@ -247,7 +248,7 @@ impl<'a> Run<'a> {
         self.passes.push(frame.passes.into_iter().map(|p| (p.name, p.ms)).collect());
         self.clamped += frame.counters.clamped;
         self.consistency.add(linear.eyes());
-        // The eyes in parallel: no frame runs meanwhile, so no time is disturbed.
+        // The eyes are measured in parallel. No frame is rendered meanwhile, so this disturbs no times.
         let eye = |eye: usize, moments: &mut Moments| {
             moments.add(masked(&reflection.eyes[eye], &masks[eye]));
             judges[eye].measure(&reflection.eyes[eye], &linear.eyes[eye], networks)
@@ -267,7 +268,7 @@ impl<'a> Run<'a> {
     }
 
     fn row(self, reference: &Reference, masks: &[Vec<bool>; 2], networks: &Networks) -> Row {
-        // A measure whose network was not named is absent, not undefined.
+        // A measure whose network was not named is left out; it is not null.
         let is_measured = |name: &str| network::measure_of(name).is_none_or(|m| networks.measures(m));
         let eye = |eye: usize| {
             let split = self.moments[eye].split(masked(&reference.reflection.eyes[eye], &masks[eye]));
@@ -313,7 +314,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// A measure's values by round; empty where any is undefined.
+    /// The values of a measure by round. Empty where any of them is undefined.
     fn series(&self, eye: usize, measure: usize) -> Vec<f64> {
         let values: Option<Vec<f64>> = self.measured[eye].iter().map(|m| m[measure]).collect();
         values.unwrap_or_default()
@@ -340,7 +341,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// As `--fallback` says it.
+/// The name of a fallback, as in the option `--fallback`.
 pub(super) fn fallback_name(fallback: Fallback) -> &'static str {
     match fallback {
         Fallback::Black => "black",
@@ -349,12 +350,12 @@ pub(super) fn fallback_name(fallback: Fallback) -> &'static str {
     }
 }
 
-/// The channels of the pixels that count.
+/// The channels of the pixels of a mask.
 fn masked<'p>(values: &'p [[f32; 3]], mask: &'p [bool]) -> impl Iterator<Item = f64> + 'p {
     values.iter().zip(mask).filter(|(_, m)| **m).flat_map(|(v, _)| v.map(f64::from))
 }
 
-/// Two references differ by twice the variance of one.
+/// The variance of the reference: half the mean squared difference between the two references.
 fn variance_of_two(reference: &Reference, eye: usize, mask: &[bool]) -> f64 {
     let values = |picture: &'_ StereoPicture| masked(&picture.eyes[eye], mask).collect::<Vec<_>>();
     let (a, b) = (values(&reference.reflection), values(&reference.again[1]));
@@ -365,7 +366,7 @@ fn mean(values: &[f64]) -> Option<f64> {
     crate::metrics::mean(values.iter().copied())
 }
 
-/// First quartile, median and third by name, over the rounds.
+/// The first quartile, the median and the third quartile over the rounds, by name.
 fn quantiles(rounds: &[BTreeMap<String, f64>]) -> impl Iterator<Item = (String, [f64; 3])> {
     let mut by_name: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, ms) in rounds.iter().flatten() {

@@ -1,12 +1,12 @@
-//! Made-up results for tests of what is derived from results.
+//! Made-up results, for tests of code that takes results.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::report::{EyeReport, PairsReport, Ratio, ReferenceReport, Rounds, Row, SceneReport};
 
-/// A row with this median reflection time, all of it trace and resolve, and these measures, the same in both eyes and
-/// in every one of two rounds.
+/// A row with this median time for reflections, all of it for trace and resolve. The measures are the same in both eyes
+/// and in both of its two rounds.
 pub fn row(method: &str, spp: u32, ms: f64, measures: &[(&str, f64)]) -> Row {
     let eye = EyeReport {
         means: measures.iter().map(|(name, value)| ((*name).to_owned(), Some(*value))).collect(),
@@ -52,7 +52,7 @@ pub fn ratio(row: &Row, measure: &str, ratio: f64) -> Ratio {
     Ratio { method, spp: row.spp, fallback, measure, ratio, interval }
 }
 
-/// A scene of these rows with `sssr` as its baseline and no ratios.
+/// A scene with these rows, with `sssr` as its baseline, and without ratios.
 pub fn scene(name: &str, results: Vec<Row>) -> SceneReport {
     SceneReport {
         scene: name.to_owned(),

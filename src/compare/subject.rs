@@ -1,4 +1,5 @@
-//! What one scene's comparison is about: the scene, one of its views, and both eyes' cameras.
+//! The subject of a comparison on one scene: the scene, one of its views, and the cameras of both eyes. The name of a
+//! scene goes in. `super::scene`, `run`, `sheet` and the other comparisons use it.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use crate::gpu::Gpu;
 use crate::render::Renderer;
 use crate::scene::{Scene, StereoCamera, View};
 
-/// See the module's documentation.
+/// A scene, one of its views, and the cameras of both eyes.
 pub struct Subject {
     pub scene: Arc<Scene>,
     pub view: View,
@@ -19,10 +20,10 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Loads a scene and looks at it as the options say.
+    /// Loads a scene and takes the view that the options name.
     ///
     /// # Errors
-    /// A scene that cannot be loaded, or lacks the view.
+    /// The scene cannot be loaded, or it does not have the view.
     pub fn load(name: &str, options: &Options) -> Result<Subject, CompareError> {
         let scene = options.scenes.load(name)?;
         let view = view(&scene, options.view.as_deref())?.clone();
@@ -30,10 +31,10 @@ impl Subject {
         Ok(Subject { scene, view, camera })
     }
 
-    /// A renderer of the scene, and the view's reference: the kept one, or a new one.
+    /// A renderer of the scene, and the reference of the view, which is the stored one or a new one.
     ///
     /// # Errors
-    /// What the device or the disk said.
+    /// A failure of the device or of the disk.
     pub fn reference(
         &self,
         gpu: &Rc<Gpu>,
@@ -46,7 +47,7 @@ impl Subject {
     }
 }
 
-/// The scene's view of this name; its first by default.
+/// The scene's view of this name. Without a name, its first view.
 ///
 /// # Errors
 /// [`CompareError::NoView`].

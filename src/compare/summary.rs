@@ -1,12 +1,13 @@
-//! Ratios over all scenes: geometric means, and which scenes had no vote.
+//! Ratios over all scenes: geometric means, and which scenes they leave out. The results of the scenes go in and the
+//! report's [`Summary`] comes out. `super::compare` calls it after each scene.
 
 use super::ratios::geometric;
 use super::report::{SceneLeftOut, SceneReport, Summary};
 
-/// What one scene says of a measure: its ratio, or why it has none.
+/// The ratio of a measure in one scene, or why it has none.
 type Vote<'a> = Result<f64, &'a str>;
 
-/// Geometric means over the scenes, each scene one vote.
+/// The geometric means over the scenes. Each scene counts once.
 pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
     let mut groups: Vec<(Summary, Vec<f64>)> = Vec::new();
     for scene in scenes {

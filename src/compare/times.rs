@@ -1,20 +1,20 @@
-//! A frame's time in the groups that are reported.
+//! Sums the times of a frame's passes into the groups that are reported. The comparisons call it for every frame.
 
 use std::collections::BTreeMap;
 
 use crate::gpu::PassTime;
 
-/// Passes that every method has alike, reflections or not.
+/// The passes that do not belong to reflections and are the same for every method.
 const SHARED: [&str; 7] = ["gbuffer", "lights", "shadows", "indirect", "shading_reuse", "lighting", "composite"];
 
-/// What the passes of ambient occlusion begin with: they are no reflection work either.
+/// The beginning of the names of the passes of ambient occlusion. They do not belong to reflections either.
 const AMBIENT: &str = "ao_";
 
-/// Milliseconds by group: `total` is all reflection work, `trace` and `resolve` hold every stage of theirs,
-/// `trace_resolve` both; the other passes stand under their names.
+/// Milliseconds by group. `total` is everything for reflections. `trace` and `resolve` are all passes of that stage,
+/// and `trace_resolve` is both together. Every other pass is under its own name.
 pub type Groups = BTreeMap<String, f64>;
 
-/// Sums a frame's passes.
+/// Sums the passes of a frame by group.
 pub fn groups(passes: &[PassTime]) -> Groups {
     let mut sums: Groups = ["total", "trace", "resolve", "trace_resolve"].map(|g| (g.to_owned(), 0.0)).into();
     let shared = |pass: &&PassTime| SHARED.contains(&pass.name.as_str()) || pass.name.starts_with(AMBIENT);

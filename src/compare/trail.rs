@@ -1,5 +1,6 @@
-//! The sums of a reference's paths on disk, from which more paths are added after Ctrl-C or for a larger count, and the errors
-//! at the checks so far. A damaged file counts as absent.
+//! Keeps the sums of a reference's paths in a file, so that a later run can add paths: after Ctrl-C, or for a larger
+//! number of paths. The file also has the errors that were found at the checks so far. `reference` calls it. A damaged
+//! file counts as missing.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,23 +14,24 @@ use crate::render::cpu::{KeptPixel, Sums};
 
 use super::CompareError;
 
-/// The most bytes of a file: 48 for each pixel of both eyes of the largest picture.
+/// The most bytes of a file that is read. A file has 48 bytes for each pixel of both eyes.
 const MOST_KEPT: u64 = 32 << 30;
-/// Changes with the layout of the files.
+/// The version of the layout of the files. A file of another version counts as missing.
 const VERSION: u32 = 1;
 
-/// The paths of a view with one seed, whatever their number.
+/// The kept sums of the paths of a view with one seed, whatever their number.
 pub struct Trail {
     file: PathBuf,
     so_far: Option<SoFar>,
 }
 
-/// What a file holds: a digest of the rest, a line of JSON, then the pixels' sums.
+/// The content of a file. The file begins with a digest of the rest, then there is a line of JSON, then the sums of the
+/// pixels.
 #[derive(Debug, Clone, PartialEq)]
 struct SoFar {
-    /// Samples, and the relative error that they were found to have.
+    /// The relative error that was found at each number of samples.
     checks: BTreeMap<u32, f64>,
-    /// Of paths that the processor traced.
+    /// The sums of paths that the processor traced. `None`: the graphics card traced them, so there are none.
     sums: Option<Sums>,
 }
 
@@ -41,26 +43,28 @@ struct Header {
 }
 
 impl Trail {
-    /// Of the reference that `key` names, `number` its seed's.
+    /// Reads what is kept of a reference. `key` names the reference, and `number` says which of its seeds.
     pub fn open(cache: &Path, key: &str, number: usize) -> Trail {
         let file = cache.join("paths").join(format!("{key}-{number}.paths"));
         let so_far = SoFar::read(&file);
         Trail { file, so_far }
     }
 
-    /// The first count up to `most` that was found to be good enough; `None`: nobody has looked so far.
+    /// The smallest number of samples, up to `most`, at which the error was found to be at most `until`. `None`: no
+    /// check so far found that.
     pub fn count_for(&self, until: f64, most: u32) -> Option<u32> {
         let checks = &self.so_far.as_ref()?.checks;
         checks.range(..=most).find(|(_, error)| **error <= until).map(|(count, _)| *count)
     }
 
-    /// Lends the sums to the next frame, if they are not more than it asks for.
+    /// Lends the sums to the next frame, unless they have more samples than it asks for.
     pub fn lend(&self, prepared: &Prepared) {
         let sums = self.so_far.as_ref().and_then(|s| s.sums.as_ref());
         prepared.take_up(sums.filter(|s| s.samples <= prepared.method().samples()).cloned());
     }
 
-    /// Keeps what the frame left, finished or not, unless more is kept already.
+    /// Keeps the sums of the last frame, whether it was finished or not, unless sums with more samples are kept
+    /// already.
     ///
     /// # Errors
     /// A folder or file that cannot be written.
@@ -70,7 +74,7 @@ impl Trail {
         if sums.is_none() && checks.is_empty() {
             return Ok(());
         }
-        // Another program may have come further since.
+        // Another program may have added more paths in the meantime.
         self.so_far = SoFar::read(&self.file);
         let pixels = |sums: &Option<Sums>| -> Option<Vec<u32>> {
             Some(sums.as_ref()?.pixels.iter().map(KeptPixel::packed).collect())

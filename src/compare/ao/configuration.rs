@@ -1,4 +1,5 @@
-//! The configurations that a comparison runs, and what is measured of each.
+//! The configurations of ambient occlusion that a comparison runs, and what is measured of each. `run` and `path` call
+//! it.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +9,15 @@ use crate::gpu::PassTime;
 use crate::metrics::{ambient, mean};
 use crate::render::{Ao, AoSettings, Method, Prepared, median_of_sorted};
 
-/// Thresholds of the sweep: the seed's figure 11 and beyond.
+/// The thresholds at which the adaptive methods are measured: those of figure 11 of seed 001, and more.
 const THRESHOLDS: [f32; 6] = [0.005, 0.01, 0.02, 0.03, 0.05, 0.1];
-/// Random numbers of the oracle, far from the rounds'.
+/// The seed of the picture by rays. It is far from the seeds of the rounds, so that no random numbers are shared.
 pub const ORACLE_SEED: u32 = 1_000_001;
 
-/// Visibility by eye.
+/// The visibility of each pixel, by eye.
 pub type Visibility = [Vec<f32>; 2];
 
-/// Every method at the threshold that was asked for, then the adaptive ones at the sweep's.
+/// Every method at the threshold that was asked for, then the adaptive methods at the other thresholds.
 pub fn configurations(asked: AoSettings) -> Vec<AoSettings> {
     let mut all: Vec<AoSettings> = Ao::OF_VIEWS.map(|method| AoSettings { method, ..asked }).to_vec();
     for method in Ao::OF_VIEWS.into_iter().filter(|ao| ao.is_adaptive()) {
@@ -26,12 +27,13 @@ pub fn configurations(asked: AoSettings) -> Vec<AoSettings> {
     all
 }
 
-/// Any method would do: only what stands before the reflections is drawn.
+/// The method of reflection that frames are prepared with. Any would do, because only the passes before the reflections
+/// are run.
 pub fn method() -> Method {
     Method::parse("sssr").expect("the baseline exists")
 }
 
-/// A configuration on its way through the rounds.
+/// A configuration, and what the rounds so far have measured of it.
 pub struct Run {
     pub ao: AoSettings,
     pub prepared: Prepared,
@@ -40,12 +42,12 @@ pub struct Run {
     pub inconsistency: Vec<Option<f64>>,
     pub mae_fsa: Vec<Option<f64>>,
     pub mae_ray_traced: Vec<Option<f64>>,
-    /// Pixels worked on again.
+    /// The number of pixels that an adaptive method processed further, by round.
     again: Vec<Option<f64>>,
 }
 
 impl Run {
-    /// Nothing is measured yet.
+    /// A configuration of which nothing is measured yet.
     pub fn new(ao: AoSettings, prepared: Prepared) -> Run {
         Run {
             ao,
@@ -59,7 +61,7 @@ impl Run {
         }
     }
 
-    /// One frame's times, and how many pixels were worked on again.
+    /// Adds the times of the frame that was just drawn, and how many of its pixels were processed further.
     ///
     /// # Errors
     /// When a Vulkan call fails.
@@ -72,7 +74,8 @@ impl Run {
         Ok(())
     }
 
-    /// What the rounds came to; `mono`: the times of the method that treats each eye alone; `pixels`: of both eyes.
+    /// The results over the rounds. `mono` has the times of the method `mono`, by round, and `pixels` is the number of
+    /// pixels of both eyes.
     pub fn row(&self, mono: &[f64], pixels: f64) -> AoRow {
         let [low, ms, high] = quartiles(self.ms.clone());
         AoRow {
@@ -90,7 +93,7 @@ impl Run {
     }
 }
 
-/// `None` where any is undefined, or there is none.
+/// The mean of some values. `None` where any of them is undefined, or where there are none.
 pub fn mean_of(values: &[Option<f64>]) -> Option<f64> {
     mean(values.iter().copied().collect::<Option<Vec<f64>>>()?)
 }
@@ -109,12 +112,12 @@ fn of_ao(passes: &[PassTime]) -> impl Iterator<Item = &PassTime> {
     passes.iter().filter(|p| p.name.starts_with("ao_"))
 }
 
-/// Of all passes of ambient occlusion, ms.
+/// The time of all passes of ambient occlusion, ms.
 pub fn total(passes: &[PassTime]) -> f64 {
     of_ao(passes).map(|p| p.ms).sum()
 }
 
-/// Of the last frame.
+/// The visibility in the last frame that was drawn.
 ///
 /// # Errors
 /// When a Vulkan call fails.
@@ -126,7 +129,7 @@ pub fn slices(of: &Visibility) -> [&[f32]; 2] {
     of.each_ref().map(Vec::as_slice)
 }
 
-/// The pairs of the last frame's places.
+/// The pairs of pixels that show the same place in the last frame that was drawn.
 ///
 /// # Errors
 /// When a Vulkan call fails.
@@ -152,7 +155,7 @@ mod tests {
             let swept: Vec<f32> = all[4..].iter().filter(|ao| ao.method == method).map(|ao| ao.threshold).collect();
             assert_eq!(swept, THRESHOLDS);
         }
-        // The threshold that was asked for is measured once.
+        // The threshold that was asked for is measured only once.
         assert_eq!(configurations(AoSettings::default()).len(), 4 + 2 * (THRESHOLDS.len() - 1));
     }
 }

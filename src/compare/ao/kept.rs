@@ -1,5 +1,5 @@
-//! What was measured of ambient occlusion in a scene, on disk: `KEY.json`, found again by the hash of everything that its
-//! numbers follow from, as `compare::kept` does for reflections.
+//! Keeps what was measured of ambient occlusion in a scene in a file `KEY.json`, and finds it again. KEY is a hash of
+//! everything that the numbers follow from. `compare::kept` does the same for reflections. `run` calls it.
 
 use std::path::{Path, PathBuf};
 
@@ -17,10 +17,11 @@ use crate::gpu::Gpu;
 use crate::render::{Ao, AoSettings, Settings, fast_ray_queries, identity};
 use crate::scene::{Scene, View};
 
-/// Of the files' layout, and of what the numbers in them mean: another one is measured again.
+/// The version of the layout of the files and of the meaning of their numbers. It is part of the key, so results of
+/// another version are measured again.
 const VERSION: u32 = 1;
 
-/// Where the results of one scene with these options are kept, whether they are there or not.
+/// The place where the results of one scene with these options are kept. They may not be there yet.
 pub struct Kept {
     path: PathBuf,
 }
@@ -44,8 +45,10 @@ impl Results for Content {
 }
 
 impl Kept {
+    /// Finds the place, and makes the folder if it is missing.
+    ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made, or a number that JSON cannot hold.
     pub fn new(
         folder: &Path,
         gpu: &Gpu,
@@ -56,12 +59,12 @@ impl Kept {
         Ok(Kept { path: folder.join(format!("{}.json", key(gpu, (scene, view), options)?)) })
     }
 
-    /// The scene's results, if they are there and whole. Where they come from is said.
+    /// The scene's results, if they are there and undamaged. A note says where they come from.
     pub fn find(&self, console: &Console) -> Option<AoScene> {
         find_at::<Content>(&self.path, console).map(|content| content.scene)
     }
 
-    /// Keeps a scene's results, in the place of what was there.
+    /// Keeps a scene's results and replaces what was there.
     ///
     /// # Errors
     /// A file that cannot be written.

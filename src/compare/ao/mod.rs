@@ -1,6 +1,10 @@
-//! `compare --effect ao`: ways to occlude ambient light side by side, as seed 001 (Wu, adaptive stereo ambient occlusion)
-//! compares them: time by pass, pixels that differ visibly between the eyes, errors, the threshold, a path.
-//! Definitions are in `docs/compare.md`.
+//! `compare --effect ao`: compares methods of ambient occlusion as seed 001 does (Wu, adaptive stereo ambient
+//! occlusion).
+//!
+//! Names of scenes and [`AoOptions`] go in. The results are the time of each pass, the share of pixels that differ
+//! visibly between the eyes, errors, the effect of the threshold, and all this along a path of the head. They are
+//! written as `ao.json`, `ao.md` and drawings. The command `compare` and `paper` call it. `docs/compare.md` has the
+//! definitions.
 
 mod configuration;
 mod kept;
@@ -25,26 +29,26 @@ pub use report::{AoAlong, AoPath, AoReport, AoRow, AoScene};
 pub use run::scene;
 pub use tables::markdown;
 
-/// Everything asked of a comparison besides its scenes.
+/// Everything that a comparison is asked for besides its scenes.
 #[derive(Debug, Clone)]
 pub struct AoOptions {
-    /// Size, radius, threshold and the oracle's rays; seed and method are set by the plan.
+    /// Size, radius, threshold, and the number of rays of `ray-traced`. The comparison sets seed and method itself.
     pub settings: Settings,
-    /// Rounds, and so random seeds, at least one.
+    /// The number of rounds, each with its own random seed; at least one.
     pub seeds: u32,
-    /// Of the path; 0: none.
+    /// The number of poses along the path of the head. 0: no path is measured.
     pub poses: u32,
-    /// One of each scene's views; its first by default.
+    /// The view of each scene. `None`: its first.
     pub view: Option<String>,
-    /// Where results are kept, and taken from; none: every scene is measured.
+    /// The folder in which results are kept and looked for. `None`: every scene is measured.
     pub keep: Option<PathBuf>,
     pub out: PathBuf,
-    /// Where the scenes are loaded, once each.
+    /// Loads each scene once.
     pub scenes: Shelf,
 }
 
-/// Compares on each scene, writing `ao.json`, `ao.md` and the scene's drawings into `options.out` after each. A scene that
-/// fails is in the report's `failed`.
+/// Compares on each scene. After each one, writes `ao.json`, `ao.md` and the scene's drawings into `options.out`. A
+/// scene that fails is named in the report's `failed`.
 ///
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
@@ -69,7 +73,7 @@ pub fn compare_and_show(
     console: &Console,
 ) -> Result<AoReport, CompareError> {
     let (out, settings) = (&options.out, &options.settings);
-    // Fail before the work, not after it.
+    // An error with the folders is found before the work, not after it.
     make_folder(out)?;
     if let Some(folder) = &options.keep {
         make_folder(folder)?;
@@ -105,13 +109,13 @@ pub fn compare_and_show(
     Ok(report)
 }
 
-/// The scene's drawings, where there is something to draw: `threshold` and `path`.
+/// The scene's drawings by name: `threshold` and `path`, each only where there is something to draw.
 pub fn drawings(scene: &AoScene) -> Vec<(&'static str, String)> {
     let all = [("threshold", plots::threshold(scene)), ("path", plots::path(scene))];
     all.into_iter().filter_map(|(what, svg)| Some((what, svg?))).collect()
 }
 
-/// How many frames of a scene make a round.
+/// The number of configurations of a comparison, which is the number of frames in a round.
 pub fn configuration_count(asked: AoSettings) -> usize {
     configuration::configurations(asked).len()
 }

@@ -1,4 +1,4 @@
-//! The methods along the path `sway` of the head: the seed's figure 10.
+//! Measures the methods along the path `sway` of the head, as in figure 10 of seed 001. `run` calls it.
 
 use super::configuration::{Run, mean_of, places, slices, visibility};
 use super::report::{AoAlong, AoPath};
@@ -9,7 +9,8 @@ use crate::render::Ao;
 use crate::scene::View;
 use crate::scene::head_path::sway;
 
-/// Renders each method at each pose; the pose's number is its seed. The adaptive methods' sweep is left out.
+/// Renders each method at each pose, with the number of the pose as its seed. Of the adaptive methods only the
+/// threshold that was asked for is used.
 ///
 /// # Errors
 /// When a Vulkan call fails, or on Ctrl-C.

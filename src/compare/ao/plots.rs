@@ -1,5 +1,5 @@
-//! Drawings of a scene as SVG: time and inconsistency against the threshold (the seed's figure 11), and inconsistency and
-//! error along the path (its figure 10).
+//! Drawings of a scene as SVG: time and inconsistency against the threshold (figure 11 of seed 001), and inconsistency
+//! and error along the path (its figure 10). A scene's results go in; [`super::drawings`] calls it.
 
 use super::report::{AoRow, AoScene};
 use crate::compare::plot::axis::Axis;
@@ -12,8 +12,8 @@ fn curve(method: Ao, points: Vec<(f64, f64)>, is_level: bool) -> Curve {
     Curve { name: method.name().to_owned(), index, points, is_level }
 }
 
-/// Time over `mono` and inconsistency of the adaptive methods against their threshold; `None` where there is nothing to
-/// draw.
+/// Draws the time over that of `mono` and the inconsistency of the adaptive methods against their threshold. The other
+/// methods are level lines. `None` where there is nothing to draw.
 pub fn threshold(scene: &AoScene) -> Option<String> {
     let percent = |row: &AoRow| 100.0 * f64::from(row.threshold);
     let x = Axis::around(scene.thresholds.iter().map(percent), LEFT, RIGHT)?;
@@ -35,7 +35,7 @@ pub fn threshold(scene: &AoScene) -> Option<String> {
     panels(&title, &both, &x, "threshold, per cent of the pixel's own value")
 }
 
-/// Inconsistency and error against `fsa` along the path.
+/// Draws inconsistency and error against `fsa` along the path. `None` where there is nothing to draw.
 pub fn path(scene: &AoScene) -> Option<String> {
     let path = scene.path.as_ref()?;
     let x = Axis::from_zero([f64::from(path.poses)].into_iter(), LEFT, RIGHT)?;
@@ -45,7 +45,7 @@ pub fn path(scene: &AoScene) -> Option<String> {
     let curves = |of: &dyn Fn(&super::report::AoAlong) -> Vec<(f64, f64)>| -> Vec<Curve> {
         path.methods.iter().map(|a| curve(a.method, of(a), false)).collect()
     };
-    // Its own error is no curve.
+    // The error of `fsa` against itself is not drawn.
     let errors = curves(&|a| points(&a.mae_fsa, 1.0)).into_iter().filter(|c| c.name != Ao::Fsa.name()).collect();
     let both = [
         ("Pixels that differ visibly between the eyes, per cent", curves(&|a| points(&a.inconsistency, 100.0))),

@@ -1,4 +1,4 @@
-//! `ao.json`. Its keys may be parsed by others: they are added to, never renamed.
+//! The content of `ao.json`. Other programs may read its keys, so keys are added but never renamed.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct AoReport {
     pub seeds: u32,
     pub radius_m: f32,
     pub threshold: f32,
-    /// A pixel's rays of the oracle.
+    /// The number of rays of `ray-traced` for each pixel.
     pub rays: u32,
     pub scenes: Vec<AoScene>,
     pub failed: Vec<Failure>,
@@ -31,67 +31,69 @@ pub struct AoScene {
     pub scene: String,
     pub scene_sha256: String,
     pub view: String,
-    /// Pixels of the left eye whose place the right one shows.
+    /// The number of pixels of the left eye whose place the right eye shows too.
     pub pairs: u64,
-    /// Share of the left eye's pixels.
+    /// The same as a share of the left eye's pixels.
     pub paired: f64,
-    /// The methods of the views; the first is `mono`, what the ratios are divided by.
+    /// The methods that estimate occlusion from the views. The first is `mono`, by whose time the ratios are divided.
     pub methods: Vec<AoRow>,
-    /// The adaptive methods at every threshold, the one above included.
+    /// The adaptive methods at every threshold, including the one that was asked for.
     pub thresholds: Vec<AoRow>,
     pub ray_traced: Oracle,
-    /// `None` where no path was asked for.
+    /// `None`: no path was asked for.
     pub path: Option<AoPath>,
 }
 
-/// A method over the rounds.
+/// The results of a method over the rounds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoRow {
     pub method: Ao,
     pub threshold: f32,
-    /// Of all its passes, both eyes, milliseconds: median over rounds, first and third quartile.
+    /// The time of all its passes for both eyes, milliseconds: the median over the rounds, then the first and third
+    /// quartile.
     pub ms: f64,
     pub ms_quartiles: [f64; 2],
-    /// Over the time of `mono` in the same round: first quartile, median, third quartile.
+    /// The time over that of `mono` in the same round: first quartile, median, third quartile.
     pub ratio: [f64; 3],
-    /// Medians by pass.
+    /// The median time of each pass, milliseconds.
     pub passes: BTreeMap<String, f64>,
-    /// Means over the rounds, here and below. `None` without pairs.
+    /// The mean share of paired pixels that differ visibly between the eyes. `None` without pairs. This and the figures
+    /// below are means over the rounds.
     pub inconsistency: Option<f64>,
-    /// Mean absolute error against `fsa` of the same seed.
+    /// The mean absolute error against `fsa` with the same seed.
     pub mae_fsa: Option<f64>,
     pub mae_ray_traced: Option<f64>,
-    /// Share of the pixels that an adaptive method worked on again; `None` of the others.
+    /// The share of the pixels that an adaptive method processed further. `None` for the other methods.
     pub again: Option<f64>,
 }
 
-/// What the rays found.
+/// The results of `ray-traced`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Oracle {
     pub ms: f64,
-    /// How the rays found what they hit: `bvh` or `ray-query`.
+    /// What found the hits of the rays, such as `bvh` or `ray-query`.
     pub trace: Option<String>,
     pub inconsistency: Option<f64>,
-    /// Of both eyes.
+    /// The mean over the pixels of both eyes.
     pub mean_visibility: Option<f64>,
 }
 
-/// The methods along a path of the head.
+/// The results along a path of the head.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoPath {
     pub poses: u32,
-    /// By method, in the order of the table.
+    /// The methods in the order of the table.
     pub methods: Vec<AoAlong>,
 }
 
-/// One method along the path.
+/// The results of one method along the path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AoAlong {
     pub method: Ao,
-    /// Means over the poses.
+    /// The means over the poses.
     pub mean_inconsistency: Option<f64>,
     pub mean_mae_fsa: Option<f64>,
-    /// By pose.
+    /// The values by pose.
     pub inconsistency: Vec<Option<f64>>,
     pub mae_fsa: Vec<Option<f64>>,
 }

@@ -1,4 +1,5 @@
-//! One scene: its rounds, its oracle, its path.
+//! Compares methods of ambient occlusion on one scene: by rounds, against the picture by rays, and along a path. The
+//! name of a scene goes in and its results come out. [`super::compare`] and `paper` call it.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use crate::metrics::{ambient, mean};
 use crate::render::{Ao, AoSettings, Prepared, Renderer, Settings};
 use crate::scene::{Scene, StereoCamera, View};
 
-/// Compares on one scene, or takes what `options.keep` holds of it.
+/// Compares on one scene, or takes the results that `options.keep` holds of it.
 ///
 /// # Errors
 /// [`CompareError`].
@@ -56,13 +57,13 @@ fn measure(
         0 => None,
         poses => Some(path::along(&mut runs, view, poses, console)?),
     };
-    // After the last frame, so that a message about any of them refuses the scene's numbers.
+    // Asked after the last frame, so that the scene fails if there was a validation message about any frame.
     gpu.check_validation()?;
 
     let mono: Vec<f64> = runs.iter().find(|r| r.ao.method == Ao::Mono).map_or(Vec::new(), |r| r.ms.clone());
     let pixels = f64::from(options.settings.width) * f64::from(options.settings.height);
     let rows: Vec<AoRow> = runs.iter().map(|run| run.row(&mono, 2.0 * pixels)).collect();
-    // What was asked for stands in front, the sweep's other thresholds behind it.
+    // The threshold that was asked for comes first and the others after it, so they are sorted.
     let mut thresholds: Vec<AoRow> = rows.iter().filter(|r| r.method.is_adaptive()).cloned().collect();
     thresholds.sort_by(|a, b| a.method.name().cmp(b.method.name()).then(a.threshold.total_cmp(&b.threshold)));
     Ok(AoScene {
@@ -92,7 +93,8 @@ fn prepare(
     Ok(renderer.prepare(camera, &method(), &Settings { ao, ..settings.clone() })?)
 }
 
-/// Every configuration once a round, each round beginning one later; the first round only warms up.
+/// Renders every configuration once in each round. Each round begins one configuration later than the one before. The
+/// first round only warms up and is not measured.
 fn rounds(
     runs: &mut [Run],
     (pairs, truth): (&[[u32; 2]], &Visibility),

@@ -1,4 +1,4 @@
-//! `ao.md`: the report as tables for people.
+//! Writes `ao.md`: the report as tables for people.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::super::tables::{columns, row};
 use super::report::{AoReport, AoRow, AoScene};
 use crate::render::Ao;
 
-/// The passes in the order of a frame.
+/// The names of the passes, in the order of a frame.
 const PASSES: [&str; 9] = [
     "ao_pairs",
     "ao_obscurance",
@@ -21,7 +21,7 @@ const PASSES: [&str; 9] = [
     "ao_blend",
 ];
 
-/// The whole document. Definitions stand in `docs/compare.md`.
+/// The whole document. `docs/compare.md` has the definitions.
 pub fn markdown(report: &AoReport) -> String {
     let mut out = String::from("# Ambient occlusion between the eyes\n\n");
     let _ = writeln!(
@@ -53,7 +53,8 @@ fn section(out: &mut String, scene: &AoScene) {
     let rays = &scene.ray_traced;
     let _ = writeln!(
         out,
-        "## {} ({})\n\n{} of the left eye's pixels have a pair. Rays: {:.0} ms, mean visibility {}, inconsistency {}.\n",
+        "## {} ({})\n\n{} of the left eye's pixels have a partner in the right eye. The rays took {:.0} ms; their mean \
+        visibility is {} and their inconsistency {}.\n",
         markdown_of(&scene.scene),
         markdown_of(&scene.view),
         percent(Some(scene.paired)),
@@ -100,7 +101,7 @@ fn section(out: &mut String, scene: &AoScene) {
     }
 }
 
-/// Milliseconds by pass.
+/// The table of times by pass.
 fn passes(out: &mut String, rows: &[AoRow]) {
     let ran: Vec<&str> = PASSES.into_iter().filter(|p| rows.iter().any(|r| r.passes.contains_key(*p))).collect();
     out.push_str("\nMilliseconds by pass, both eyes, medians:\n\n");
@@ -117,7 +118,7 @@ fn name(method: Ao) -> String {
     format!("`{}`", method.name())
 }
 
-/// Over all scenes: geometric means of the times, the pixels' and errors' means.
+/// The table over all scenes: geometric means of the times, and means of the shares of pixels and of the errors.
 fn summary(out: &mut String, scenes: &[AoScene]) {
     let _ = writeln!(out, "## Over {} scenes\n", scenes.len());
     let times = ["method", "over mono, geometric mean", "least", "most"];

@@ -1,15 +1,16 @@
-//! Values onto pixels, and where the ticks stand.
+//! An axis of a drawing: it maps values to pixels and says where the ticks are. The drawings of `plot` and `ao` call
+//! it.
 
 use cyclopean_analysis::svg;
 
-/// How an axis grows.
+/// How values are spread along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scale {
     Logarithmic,
     Linear,
 }
 
-/// An axis onto pixels.
+/// An axis that maps the values `low` to `high` to the pixels `from` to `to`.
 pub struct Axis {
     scale: Scale,
     low: f64,
@@ -19,7 +20,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Logarithmic, around the values with a little air, at least a factor of two long.
+    /// A logarithmic axis that holds all values with a little room at both ends. Its end is at least twice its
+    /// beginning. `None` where a value is not above 0, or where there are none.
     pub fn around(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
         let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
         if !(low > 0.0 && high.is_finite() && low <= high) {
@@ -29,7 +31,7 @@ impl Axis {
         Some(Axis { scale: Scale::Logarithmic, low: low / air, high: high * air, from, to })
     }
 
-    /// Linear, from 0 to a little above the largest value; `None` where nothing lies above 0.
+    /// A linear axis from 0 to a little above the largest value. `None` where no value is above 0.
     pub fn from_zero(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Axis> {
         let high = values.fold(0.0f64, f64::max);
         (high > 0.0 && high.is_finite()).then_some(Axis { scale: Scale::Linear, low: 0.0, high: 1.08 * high, from, to })
@@ -47,8 +49,8 @@ impl Axis {
         (self.low..=self.high).contains(&value)
     }
 
-    /// Round values: of a logarithmic axis powers of ten, with 2 and 5 between where few decades are shown, at most a dozen;
-    /// of a linear one steps of 1, 2 or 5 times a power of ten, at most nine ticks.
+    /// The ticks, at round values. A logarithmic axis has them at powers of ten, and at multiples of these where it is
+    /// shorter than three decades. A linear axis has steps of 1, 2 or 5 times a power of ten and at most nine ticks.
     pub fn ticks(&self) -> Vec<f64> {
         if self.scale == Scale::Linear {
             return svg::ticks(self.low, self.high, 8.0);

@@ -1,4 +1,4 @@
-//! What every drawing here is made of: SVG elements, light or dark as the reader's screen.
+//! The SVG elements of all drawings of `compare`. They are light or dark, as the reader's screen is.
 
 use std::fmt::Write as _;
 
@@ -6,27 +6,28 @@ use cyclopean_analysis::escape::html;
 use cyclopean_analysis::svg;
 pub use cyclopean_analysis::svg::{line, text};
 
-/// Least distance of two names, pixels.
+/// The least distance between two names, pixels.
 const NAME_STEP: f64 = 17.0;
 
-/// Colours for so many methods; more begin again with other marks.
+/// The number of colours for methods. Further methods use the same colours again with other marks.
 pub const METHODS: usize = 6;
 
-/// What does not depend on the ground.
+/// The style rules that do not depend on whether the drawing is light or dark.
 const FORM: &str = "text{font:13px system-ui,'Segoe UI',Helvetica,Arial,sans-serif}\
 .title{font-size:16px;font-weight:600}.small{font-size:11px}.middle{text-anchor:middle}.end{text-anchor:end}\
 .grid,.axis,.bar{stroke-width:1.2}.floor{stroke-width:1.2;stroke-dasharray:5 4}\
 .dashed{stroke-width:1.6}.long{stroke-dasharray:8 4}.short{stroke-dasharray:2.5 3}\
 .line{fill:none;stroke-width:2}.lead{stroke-width:.8;opacity:.6}";
 
-/// Ground, ink, soft ink, grid, then one colour a method: Okabe & Ito's, told apart by colour-blind readers, darkened or
-/// lightened until thin lines stand out.
+/// The colours of the ground, the ink, the soft ink and the grid, then one for each method. Those are Okabe & Ito's,
+/// which colour-blind readers can tell apart. They are darker or lighter than the originals, so that thin lines stand
+/// out.
 const LIGHT: [&str; 10] =
     ["#ffffff", "#1a1a1a", "#5c5c5c", "#e3e3e3", "#0072b2", "#d55e00", "#007a58", "#b0548a", "#9a6a00", "#2a85b8"];
 const DARK: [&str; 10] =
     ["#15171b", "#ececec", "#a5a8ad", "#2e3238", "#5db3ea", "#ff8b3d", "#35c79a", "#e6a3cb", "#f0b73a", "#8fd3f7"];
 
-/// Plain rules instead of variables, which many viewers do not know.
+/// The style rules of a set of colours. They use no CSS variables, because many viewers do not support them.
 fn colors([ground, ink, soft, grid, methods @ ..]: [&str; 10]) -> String {
     let mut rules = format!(
         ".ground{{fill:{ground}}}text{{fill:{ink}}}.soft{{fill:{soft}}}.grid{{stroke:{grid}}}\
@@ -38,7 +39,7 @@ fn colors([ground, ink, soft, grid, methods @ ..]: [&str; 10]) -> String {
     rules
 }
 
-/// The beginning of a drawing of this size; screen readers read `title`.
+/// The beginning of a drawing of this size, with its title. Screen readers read the title.
 pub fn open(title: &str, width: f64, height: f64, left: f64) -> String {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
@@ -52,17 +53,17 @@ pub fn open(title: &str, width: f64, height: f64, left: f64) -> String {
     out
 }
 
-/// Dashes that are told apart.
+/// Two kinds of dashes that a reader can tell apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
     Long,
     Short,
 }
 
-/// How a name's line looks in the drawing.
+/// How the line that a name belongs to looks in the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
-    /// Points of this index.
+    /// A line with marks of this index.
     Mark(usize),
     /// A dashed line in the colour of this index.
     Level(usize, Dash),
@@ -70,7 +71,7 @@ pub enum Sign {
     Plain,
 }
 
-/// A name beside the drawing and the place that it names.
+/// A name beside the drawing, and the place in the drawing that it belongs to.
 #[derive(Debug, Clone)]
 pub struct Name {
     pub from: (f64, f64),
@@ -78,7 +79,8 @@ pub struct Name {
     pub words: String,
 }
 
-/// Names right of `right`, in the order of their places, as near to them as they can be without touching.
+/// Writes names to the right of `right`, in the order of their places. Each is as near to its place as it can be
+/// without touching another name.
 pub fn names(out: &mut String, mut all: Vec<Name>, right: f64, top: f64, bottom: f64) {
     all.sort_by(|a, b| a.from.1.total_cmp(&b.from.1));
     let wanted: Vec<f64> = all.iter().map(|n| n.from.1).collect();
@@ -99,10 +101,11 @@ pub fn names(out: &mut String, mut all: Vec<Name>, right: f64, top: f64, bottom:
     }
 }
 
-/// Rising places moved to be [`NAME_STEP`] apart between top and bottom, by the least sum of squares: groups that would
-/// touch share their mean (pool adjacent violators). Too many go on below the bottom.
+/// Moves places, which rise, so that they are at least [`NAME_STEP`] apart between top and bottom. The sum of the
+/// squared moves is the least possible: names that would touch form a group around their mean (pool adjacent
+/// violators). If there are too many, the last ones are below the bottom.
 fn apart(wanted: &[f64], top: f64, bottom: f64) -> Vec<f64> {
-    // Sum and count of each group, a name's rank times the step taken off.
+    // The sum and the count of each group. Of each place, its rank times the step is subtracted.
     let mut groups: Vec<(f64, f64)> = Vec::new();
     for (rank, y) in wanted.iter().enumerate() {
         groups.push((y - NAME_STEP * rank as f64, 1.0));
@@ -120,7 +123,7 @@ fn apart(wanted: &[f64], top: f64, bottom: f64) -> Vec<f64> {
     firsts.enumerate().map(|(rank, y)| y.clamp(top, lowest) + NAME_STEP * rank as f64).collect()
 }
 
-/// The class of a level's line in the colour of this index.
+/// The style class of a level line in the colour of this index.
 pub fn level(index: usize, dash: Dash) -> String {
     let dash = match dash {
         Dash::Long => "long",
@@ -129,7 +132,7 @@ pub fn level(index: usize, dash: Dash) -> String {
     format!("dashed {dash} k{}", index % METHODS)
 }
 
-/// A bar with ends from `low` to `high`, unless it is shorter than the mark that it would only blur.
+/// A bar with ends, from `low` to `high`. It is left out where it is so short that it would only blur the mark.
 pub fn bar(out: &mut String, index: usize, x: f64, (low, high): (f64, f64)) {
     if (low - high).abs() > 10.0 {
         let class = format!("bar k{}", index % METHODS);
@@ -139,17 +142,17 @@ pub fn bar(out: &mut String, index: usize, x: f64, (low, high): (f64, f64)) {
     }
 }
 
-/// A line through points.
+/// A line through points, in the colour of this index.
 pub fn polyline(out: &mut String, index: usize, points: &[(f64, f64)]) {
     svg::polyline(out, &format!("line k{}", index % METHODS), points);
 }
 
-/// See [`svg::mark`].
+/// A mark in the colour of this index; see [`svg::mark`].
 pub fn mark(out: &mut String, index: usize, x: f64, y: f64) {
     svg::mark(out, &format!("f{}", index % METHODS), index, (x, y), 4.6);
 }
 
-/// Plain between a ten-thousandth and ten thousand, else as a power of ten.
+/// A number as text: in plain digits from a ten-thousandth to ten thousand, otherwise with a power of ten.
 pub fn number(value: f64) -> String {
     if (1e-4..1e4).contains(&value) {
         let text = format!("{value:.5}");
@@ -178,7 +181,7 @@ mod tests {
 
     #[test]
     fn names_keep_apart_and_as_near_as_they_can() {
-        // Two that touch share the way; one that has room stays.
+        // Two names that would touch are each moved by the same distance. One that has room stays where it is.
         assert_eq!(apart(&[100.0, 103.0, 180.0], 20.0, 200.0), [93.0, 110.0, 180.0]);
         assert_eq!(apart(&[21.0, 22.0], 20.0, 200.0), [20.0, 37.0]);
         assert_eq!(apart(&[199.0, 199.0], 20.0, 200.0), [183.0, 200.0]);

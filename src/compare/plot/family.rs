@@ -1,17 +1,19 @@
-//! Methods that differ in one percentage: `stereo-adaptive-0.5`, `stereo-adaptive-2` and so on.
+//! Finds families: methods that differ only in the percentage at the end of their names, such as `stereo-adaptive-0.5`
+//! and `stereo-adaptive-2`. The drawings of `plot` call it with a scene's rows.
 
 use crate::compare::report::Row;
 
-/// The rows of one family with as many samples and the same fallback.
+/// The rows of one family that have the same number of samples and the same fallback.
 pub struct Family<'a> {
-    /// The methods' common name, before the last hyphen.
+    /// The part of the methods' names before the last hyphen, which they share.
     pub stem: &'a str,
     pub spp: u32,
-    /// With their percentages, which rise.
+    /// The rows with their percentages, in rising order.
     pub rows: Vec<(f64, &'a Row)>,
 }
 
-/// `stereo-adaptive` and 0.5 of `stereo-adaptive-0.5`; `None` for a name without a number.
+/// Splits a name into its stem and its percentage: `stereo-adaptive-0.5` into `stereo-adaptive` and 0.5. `None` for a
+/// name without a percentage.
 pub fn parse(method: &str) -> Option<(&str, f64)> {
     let (stem, number) = method.rsplit_once('-')?;
     let plain =
@@ -20,7 +22,8 @@ pub fn parse(method: &str) -> Option<(&str, f64)> {
     (!stem.is_empty()).then_some((stem, percent))
 }
 
-/// The families of a fallback's rows that hold two percentages or more at the same number of samples.
+/// The families among the rows with this fallback. A family has at least two percentages with the same number of
+/// samples.
 pub fn families<'a>(rows: &'a [Row], fallback: &str) -> Vec<Family<'a>> {
     let mut found: Vec<Family<'a>> = Vec::new();
     for row in rows.iter().filter(|r| r.fallback == fallback) {
@@ -39,7 +42,7 @@ pub fn families<'a>(rows: &'a [Row], fallback: &str) -> Vec<Family<'a>> {
 }
 
 impl Family<'_> {
-    /// The stem, with the number of samples where `all` has the family at several.
+    /// The stem, with the number of samples behind it where `all` has the family with several numbers.
     pub fn name(&self, all: &[Family<'_>]) -> String {
         let several = all.iter().any(|f| f.stem == self.stem && f.spp != self.spp);
         if several { format!("{}@{}", self.stem, self.spp) } else { self.stem.to_owned() }

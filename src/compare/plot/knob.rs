@@ -1,5 +1,5 @@
-//! A family of methods against the percentage in its names: what it takes and what it leaves, over the baseline. The
-//! percentage is the knob of the method; a reader chooses it here.
+//! Draws a family of methods against the percentage in its names: the time that it takes and the errors that are left,
+//! both over the baseline's. A reader can choose the percentage, which is the method's knob, by this drawing.
 
 use super::axis::Axis;
 use super::draw::{Dash, Name, Sign, bar, level, line, mark, names, number, open, polyline, text};
@@ -15,18 +15,18 @@ const RIGHT: f64 = 250.0;
 const TIMES: (f64, f64) = (104.0, 284.0);
 const ERRORS: (f64, f64) = (330.0, 574.0);
 
-/// Least distance of two numbers below the panels.
+/// The least distance between two numbers below the panels.
 const TICK_STEP: f64 = 38.0;
 
-/// Marks and colours: the time has its own, the errors theirs.
+/// The index of the mark and colour of the time. The errors have the indices from 0 on.
 const TIME: usize = 3;
 const MEASURES: [(&str, &str); 3] =
     [("systematic", "systematic_inconsistency"), ("noise", "noise_variance"), ("MSE", "mse")];
 
-/// A value over the baseline's, with its interval where it has one.
+/// A value divided by the baseline's, with its interval where it has one.
 type Value = (f64, Option<[f64; 2]>);
 
-/// A method that has no percentage: one value for all.
+/// A method without a percentage, which is drawn as a level line.
 struct Level {
     method: String,
     dash: Dash,
@@ -36,21 +36,21 @@ struct Level {
 /// A line of a panel.
 struct Curve {
     index: usize,
-    /// `None`: the panel has one curve, which has the family's name.
+    /// `None`: the panel has only this curve, which is named after the family.
     name: Option<&'static str>,
-    /// By percentage.
+    /// The values by percentage.
     points: Vec<(f64, Value)>,
-    /// Of the methods without a percentage that the family is read against.
+    /// The methods without a percentage with which the family is to be compared.
     levels: Vec<Level>,
 }
 
-/// The drawing; `None` where the baseline has no row with as many samples, or nothing has a ratio.
+/// The drawing of a family. `None` where nothing has a ratio to the baseline.
 pub fn plot(scene: &SceneReport, family: &Family<'_>) -> Option<String> {
     let (_, first) = family.rows.first()?;
     let fallback = &first.fallback;
     let percents = || family.rows.iter().map(|(percent, _)| *percent);
     let (left, right) = (LEFT, WIDTH - RIGHT);
-    // A percentage of 0 has no logarithm.
+    // A percentage of 0 has no logarithm, so the axis is then linear.
     let x = match percents().all(|p| p > 0.0) {
         true => Axis::around(percents(), left, right)?,
         false => Axis::from_zero(percents(), left + 14.0, right)?,
@@ -97,19 +97,19 @@ pub fn plot(scene: &SceneReport, family: &Family<'_>) -> Option<String> {
     Some(out)
 }
 
-/// The percentages themselves where their numbers have room, else round values.
+/// The ticks: the percentages themselves where there is room for their numbers, otherwise round values.
 fn ticks(x: &Axis, percents: &[f64]) -> Vec<f64> {
     let roomy = percents.windows(2).all(|w| x.at(w[1]) - x.at(w[0]) >= TICK_STEP);
     if roomy { percents.to_vec() } else { x.ticks() }
 }
 
-/// `stereo` has long dashes, the family's own stem short ones.
+/// A level line. The method named like the family's stem has short dashes, and `stereo` has long ones.
 fn level_of(row: &Row, stem: &str, value: f64) -> Level {
     let dash = if row.method == stem { Dash::Short } else { Dash::Long };
     Level { method: row.method.clone(), dash, value }
 }
 
-/// Median of the rounds' ratios and their quartiles.
+/// The time over the baseline's: the median of the rounds' ratios, and their quartiles.
 fn time(scene: &SceneReport, row: &Row) -> Option<Value> {
     if row.method == scene.baseline {
         return Some((1.0, None));
@@ -120,7 +120,7 @@ fn time(scene: &SceneReport, row: &Row) -> Option<Value> {
     Some((found.median, Some(found.quartiles)))
 }
 
-/// A measure over the baseline's, 0 included.
+/// A measure over the baseline's. Unlike the report's ratios it may be 0.
 fn measure(scene: &SceneReport, row: &Row, key: &str) -> Option<Value> {
     if row.method == scene.baseline {
         return Some((1.0, None));
@@ -141,7 +141,7 @@ fn measure(scene: &SceneReport, row: &Row, key: &str) -> Option<Value> {
     found.map(|r| (r.ratio, r.interval)).or_else(zero)
 }
 
-/// Curves from top to bottom; `family` and `baseline` are the names that a reader sees.
+/// Draws a panel with its curves from `top` to `bottom`. `family` and `baseline` are the names that a reader sees.
 fn panel(
     out: &mut String,
     title: &str,
@@ -235,7 +235,8 @@ mod tests {
             for words in ["N of stereo-adaptive-N, per cent", "systematic, stereo", "MSE, stereo-adaptive", ">sssr<"] {
                 assert!(svg.contains(words), "{words}: {svg}");
             }
-            // Stereo and the bare name in four measures, and their eight signs beside the panels.
+            // There are level lines for `stereo` and for `stereo-adaptive` in four measures, and eight samples of these
+            // lines beside the panels.
             assert_eq!(svg.matches("class=\"dashed").count(), 16, "{svg}");
             assert_eq!(svg.matches("<polyline").count(), 4);
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");

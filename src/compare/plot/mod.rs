@@ -1,4 +1,5 @@
-//! Drawings of a scene's results as SVG: error over time, and what a family of methods pays and gains with its percentage.
+//! Draws a scene's results as SVG: error over time, and the time and errors of a family of methods against its
+//! percentage. A scene's part of the report goes in. `compare` writes what comes out.
 
 pub(super) mod axis;
 pub(super) mod draw;
@@ -9,20 +10,21 @@ mod time;
 
 use super::report::SceneReport;
 
-/// Error over time, a drawing for each fallback of the scene; none where there is nothing to draw.
+/// The drawings of error over time, one for each fallback of the scene that has something to draw, with the fallback's
+/// name.
 pub fn plots(scene: &SceneReport) -> Vec<(String, String)> {
     fallbacks(scene).into_iter().filter_map(|f| time::plot(scene, &f).map(|svg| (f, svg))).collect()
 }
 
-/// A family of methods against its percentage.
+/// The drawing of a family of methods against its percentage.
 pub struct Knob {
     pub fallback: String,
-    /// The methods' common name, with `@N` where the family has drawings at several sample counts.
+    /// The name that the methods share, with `@N` where the family has several sample counts.
     pub family: String,
     pub svg: String,
 }
 
-/// A drawing for every family of methods that differ in a percentage.
+/// The drawings of all families of methods that differ in a percentage.
 pub fn knobs(scene: &SceneReport) -> Vec<Knob> {
     let mut found = Vec::new();
     for fallback in fallbacks(scene) {
@@ -36,7 +38,7 @@ pub fn knobs(scene: &SceneReport) -> Vec<Knob> {
     found
 }
 
-/// In the order of the results.
+/// The fallbacks of a scene's results, in their order.
 fn fallbacks(scene: &SceneReport) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for row in &scene.results {

@@ -1,4 +1,4 @@
-//! Two panels one below the other with one common axis below both.
+//! Draws two panels, one above the other, with a common axis below both. The drawings of `ao` and `sequence` call it.
 
 use super::axis::Axis;
 use super::draw::{Dash, Name, Sign, level, line, mark, names, number, open, polyline, text};
@@ -6,23 +6,23 @@ use super::draw::{Dash, Name, Sign, level, line, mark, names, number, open, poly
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 600.0;
 pub const LEFT: f64 = 78.0;
-/// Where the panels end; right of it stand the names.
+/// The right end of the panels. The names are to the right of it.
 pub const RIGHT: f64 = 670.0;
 /// Top and bottom of the two panels.
 const PANELS: [(f64, f64); 2] = [(86.0, 276.0), (322.0, 532.0)];
-/// Few enough points are marked.
+/// The points of a curve are marked where there are at most so many.
 const MOST_MARKS: usize = 20;
 
-/// One line of a panel, or one value for all.
+/// One line of a panel.
 pub struct Curve {
     pub name: String,
-    /// Of its colour and mark: the same in both panels.
+    /// The index of its colour and mark, the same in both panels.
     pub index: usize,
     pub points: Vec<(f64, f64)>,
     pub is_level: bool,
 }
 
-/// The drawing; `None` where a panel has nothing above 0. Each panel has a title; `below` names the common axis.
+/// The drawing, with a title for each panel. `below` names the common axis. `None` where a panel has nothing above 0.
 pub fn panels(title: &str, panels: &[(&str, Vec<Curve>); 2], x: &Axis, below: &str) -> Option<String> {
     let mut out = open(title, WIDTH, HEIGHT, LEFT);
     for ((title, curves), place) in panels.iter().zip(PANELS) {

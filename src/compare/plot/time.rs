@@ -1,4 +1,4 @@
-//! Error over time, both axes logarithmic.
+//! Draws the error of all methods over their time, with both axes logarithmic.
 
 use std::fmt::Write as _;
 
@@ -18,21 +18,21 @@ const TOP: f64 = 78.0;
 const BOTTOM: f64 = 64.0;
 /// A measured point.
 struct Point {
-    /// Rays a pixel, or a family's percentage.
+    /// The number of rays a pixel, or the percentage in a family.
     label: String,
     ms: f64,
     mse: f64,
-    /// Of the mean over seeds.
+    /// The 95 % interval of the mean over the seeds.
     interval: Option<[f64; 2]>,
 }
 
-/// A method at its sample counts, or a family of methods at its percentages.
+/// A line of the drawing: a method at its sample counts, or a family of methods at its percentages.
 struct Series {
     name: String,
     points: Vec<Point>,
 }
 
-/// The drawing of one fallback; `None` where there is nothing to draw.
+/// The drawing of one fallback. `None` where there is nothing to draw.
 pub fn plot(scene: &SceneReport, fallback: &str) -> Option<String> {
     let families = families(&scene.results, fallback);
     let series = series(scene, fallback, &families);
@@ -63,7 +63,8 @@ pub fn plot(scene: &SceneReport, fallback: &str) -> Option<String> {
     Some(out)
 }
 
-/// The methods in the report's order, each by its samples; a family is one line, in order of time.
+/// The lines of the drawing: the methods in the order of the report, and each family as one line. The points of a line
+/// are in order of time.
 fn series(scene: &SceneReport, fallback: &str, families: &[Family<'_>]) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
     for row in scene.results.iter().filter(|r| r.fallback == fallback) {
@@ -79,12 +80,12 @@ fn series(scene: &SceneReport, fallback: &str, families: &[Family<'_>]) -> Vec<S
             None => all.push(Series { name, points: vec![point] }),
         }
     }
-    // More samples take more time; a family's percentage may count either way.
+    // More samples take more time, but a larger percentage may take more time or less.
     all.iter_mut().for_each(|s| s.points.sort_by(|a, b| a.ms.total_cmp(&b.ms)));
     all
 }
 
-/// `stereo-adaptive-N`, with its samples where the family has several.
+/// The name of a family, such as `stereo-adaptive-N`, with its number of samples where the family has several.
 fn family_name(family: &Family<'_>, all: &[Family<'_>]) -> String {
     family.name(all).replacen(family.stem, &format!("{}-N", family.stem), 1)
 }
@@ -128,7 +129,8 @@ fn draw(out: &mut String, index: usize, series: &Series, x: &Axis, y: &Axis) {
     }
 }
 
-/// The label beside every point, in its series' colour, where no line, bar, point or other label is.
+/// Writes the label of every point beside it, in the colour of its line. Of eight places around the point, the one is
+/// taken that has the most room to lines, bars, points and other labels.
 fn labels(out: &mut String, series: &[Series], x: &Axis, y: &Axis) {
     let at = |p: &Point| (x.at(p.ms), y.at(p.mse));
     let mut taken: Vec<(f64, f64)> = series.iter().flat_map(|s| &s.points).map(at).collect();
@@ -157,7 +159,8 @@ fn labels(out: &mut String, series: &[Series], x: &Axis, y: &Axis) {
                 (half + 12.0, 0.0),
                 (-half - 12.0, 0.0),
             ];
-            // Room to the nearest thing that is already there; what is a number's height away is far enough.
+            // The distance to the nearest thing that is already there. More than the height of a number makes no
+            // difference.
             let room = |(dx, dy): &(f64, f64)| {
                 let distance = |t: &(f64, f64)| ((px + dx - t.0) / (half + 6.0)).hypot((py + dy - t.1) / 11.0).min(1.0);
                 taken.iter().map(distance).fold(1.0, f64::min)
@@ -174,7 +177,7 @@ fn labels(out: &mut String, series: &[Series], x: &Axis, y: &Axis) {
     }
 }
 
-/// What the names at the ends of the lines point at.
+/// The names of the lines, each with the end of its line.
 fn ends(series: &[Series], x: &Axis, y: &Axis) -> Vec<Name> {
     let end = |(i, s): (usize, &Series)| {
         let last = s.points.iter().max_by(|a, b| a.ms.total_cmp(&b.ms))?;

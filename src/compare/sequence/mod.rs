@@ -1,5 +1,8 @@
-//! `compare --path`: methods along a path of the head, each frame against its own reference: error against time, flicker,
-//! what is wrong after a cut, and what the eyes disagree on. Definitions are in `docs/compare.md`.
+//! `compare --path`: compares methods along a path of the head, each frame with a reference of its own.
+//!
+//! Names of scenes and [`SequenceOptions`] go in. The results are errors and times, flicker, the errors after a cut,
+//! and the disagreement between the eyes. They are written as `sequence.json`, `sequence.md` and drawings. The command
+//! `compare` calls it. `docs/compare.md` has the definitions.
 
 mod plots;
 mod report;
@@ -21,32 +24,33 @@ use crate::scene::{HeadPath, Loading, Scene, View};
 pub use report::SequenceReport;
 pub use tables::markdown;
 
-/// The path that a comparison follows through a scene from a view, or why there is none.
+/// Finds the path that a comparison follows through a scene from a view, or says why there is none.
 pub type FindPath<'a> = &'a dyn Fn(&Scene, &View) -> Result<HeadPath, String>;
 
-/// Everything asked of a comparison besides its scenes.
+/// Everything that a comparison is asked for besides its scenes.
 pub struct SequenceOptions<'a> {
-    /// The first is the baseline: what the others are divided by. A count in a name is that method's only one.
+    /// The methods. The first is the baseline, by which the others are divided. A method with a count in its name has
+    /// no other count.
     pub methods: Vec<Method>,
-    /// Rays a pixel.
+    /// The numbers of rays a pixel at which every method is measured.
     pub spp: Vec<u32>,
-    /// The reference with its paths a pixel.
+    /// The method of the reference, with its paths a pixel.
     pub reference: Method,
     pub settings: Settings,
-    /// As it was asked for.
+    /// The path as it was asked for.
     pub path_name: String,
     pub path: FindPath<'a>,
-    /// The first ones of the path, at least two; `None`: all.
+    /// How many frames of the path are used, from its beginning; at least two. `None`: all.
     pub frames: Option<u32>,
-    /// One of each scene's views; its first by default.
+    /// The view of each scene. `None`: its first.
     pub view: Option<String>,
     pub out: PathBuf,
     /// How the scenes are loaded.
     pub loading: Loading,
 }
 
-/// Compares on each scene, writing `sequence.json`, `sequence.md` and the scene's drawing into `options.out` after each. A
-/// scene that fails is in the report's `failed`.
+/// Compares on each scene. After each one, writes `sequence.json`, `sequence.md` and the scene's drawing into
+/// `options.out`. A scene that fails is named in the report's `failed`.
 ///
 /// # Errors
 /// An output that cannot be written, or Ctrl-C.
@@ -57,7 +61,7 @@ pub fn compare(
     console: &Console,
 ) -> Result<SequenceReport, CompareError> {
     let (out, settings) = (&options.out, &options.settings);
-    // Fail before the work, not after it.
+    // An error with the folder is found before the work, not after it.
     std::fs::create_dir_all(out).map_err(|source| CompareError::Folder { path: out.clone(), source })?;
     let mut report = SequenceReport {
         device: gpu.info().clone(),

@@ -1,4 +1,5 @@
-//! One scene: its path frame by frame, every configuration twice with independent random numbers.
+//! Measures one scene along a path, frame by frame. Every configuration runs twice, with independent random numbers.
+//! The name of a scene goes in and its results come out. [`super::compare`] calls it.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -20,13 +21,13 @@ use crate::picture::StereoPicture;
 use crate::render::{Geometry, Method, Prepared, Renderer, Settings};
 use crate::scene::{self, Eye, Fallback, HeadPath, StereoCamera, View};
 
-/// Seeds of the two runs of each configuration, and of the references.
+/// The seeds of the two runs of each configuration, and those of the two references.
 const SEEDS: [u32; 2] = [1, 2];
 const REFERENCE_SEEDS: [u32; 2] = [1_000_001, 1_000_002];
-/// Roughness above which a surface is not called glossy here.
+/// The roughness from which on a surface does not count as glossy here.
 const GLOSSY: f32 = 0.3;
 
-/// Both runs of a configuration in one frame, or both references.
+/// The pictures of both runs of a configuration in one frame, or of both references.
 type Runs = [StereoPicture; 2];
 
 /// Compares on one scene.
@@ -45,7 +46,7 @@ pub fn scene(
     let frames = path.frames_asked(options.frames).map_err(|e| CompareError::Path(e.to_string()))?;
     if frames < 2 {
         let name = &path.name;
-        return Err(CompareError::Path(format!("path `{name}` has {frames} frame; at least two can be compared")));
+        return Err(CompareError::Path(format!("path `{name}` has {frames} frame; a comparison needs two or more")));
     }
     let mut renderer = Renderer::new(gpu, Arc::clone(&scene))?;
     let settings = Settings { fallback: Some(Fallback::Black), ..options.settings.clone() };
@@ -82,7 +83,7 @@ pub fn scene(
         last = Some(now);
     }
     drop(bar);
-    // After the last frame, so that a message about any of them refuses the scene's numbers.
+    // Asked after the last frame, so that the scene fails if there was a validation message about any frame.
     gpu.check_validation()?;
 
     let cuts: Vec<u32> = (0..frames).filter(|f| path.is_cut(*f)).collect();
@@ -101,7 +102,7 @@ pub fn scene(
     })
 }
 
-/// Every method at every sample count once.
+/// Every method with every sample count, each once.
 fn configurations(options: &SequenceOptions<'_>) -> Vec<Method> {
     let mut all: Vec<Method> = Vec::new();
     for (method, spp) in options.methods.iter().flat_map(|m| options.spp.iter().map(move |spp| (m, *spp))) {
@@ -113,7 +114,7 @@ fn configurations(options: &SequenceOptions<'_>) -> Vec<Method> {
     all
 }
 
-/// A frame of the path.
+/// A frame of the path: the path, the view that it begins at, and the number of the frame.
 struct At<'a> {
     path: &'a HeadPath,
     view: &'a View,
@@ -132,21 +133,21 @@ impl At<'_> {
     }
 }
 
-/// What a frame showed, and its reference.
+/// What a frame showed: its geometry, its references, and the pictures of all configurations.
 struct Frame {
     camera: StereoCamera,
     places: Vec<DAffine3>,
     geometry: Geometry,
-    /// Of both references.
+    /// The reflections of both references.
     references: Runs,
     pairs: Pairs,
     size: (usize, usize),
-    /// Reflections of each configuration, and the composites.
+    /// The reflections of each configuration, and its composites.
     runs: Vec<Option<[Runs; 2]>>,
 }
 
 impl Frame {
-    /// `truth` has drawn the first reference, `again` are the reflections of the second one.
+    /// The frame whose first reference `truth` has just drawn. `again` has the reflections of the second reference.
     fn of(truth: &Prepared, again: StereoPicture, places: Vec<DAffine3>) -> Result<Frame, CompareError> {
         let (linear, reflection, geometry) = (truth.linear()?, truth.reflection()?, truth.geometry()?);
         let error = truth.standard_error(&reflection)?.unwrap_or_else(|| reference::black(&reflection));
@@ -163,7 +164,7 @@ impl Frame {
     }
 }
 
-/// A configuration on its way along the path.
+/// A configuration, and what the frames so far have measured of it.
 struct Run {
     method: Method,
     prepared: [Prepared; 2],
@@ -176,7 +177,7 @@ impl Run {
         Run { method, prepared, groups: Vec::new(), by_frame: BTreeMap::new() }
     }
 
-    /// The reflections of both runs, and the composites.
+    /// Draws a frame in both runs. Returns the reflections and the composites.
     fn draw(&mut self, at: &At<'_>) -> Result<[Runs; 2], CompareError> {
         for (prepared, seed) in self.prepared.iter_mut().zip(SEEDS) {
             self.groups.push(at.draw(prepared, seed)?);
@@ -228,7 +229,7 @@ impl Run {
         let lag_frames = cuts.first().and_then(|cut| {
             let end = cuts.get(1).map_or(usize::MAX, |next| *next as usize - 1);
             let mse = &self.by_frame["mse"];
-            // The first frame has no value of its own.
+            // The first frame has no value, so frame n has index n − 1.
             lag(mse.get(*cut as usize - 1..end.min(mse.len()))?)
         });
         let mut by_name: BTreeMap<String, Vec<f64>> = BTreeMap::new();
@@ -252,18 +253,19 @@ impl Run {
     }
 }
 
-/// One eye of a run's frame and of both its references.
+/// One eye's picture of a run, and of both references of the frame.
 fn judged<'a>(run: &'a StereoPicture, frame: &'a Frame, eye: usize) -> [&'a [[f32; 3]]; 3] {
     let [first, second] = eye_of(&frame.references, eye);
     [&run.eyes[eye], first, second]
 }
 
-/// One eye of both runs.
+/// One eye's pictures of both runs.
 fn eye_of(runs: &Runs, eye: usize) -> [&[[f32; 3]]; 2] {
     runs.each_ref().map(|run| run.eyes[eye].as_slice())
 }
 
-/// Frames until an error has lost half of what it loses; what it comes to is the mean of its last quarter.
+/// The number of frames until an error has lost half of what it loses in total. Its final value is taken to be the mean
+/// of its last quarter.
 fn lag(mse: &[Option<f64>]) -> Option<u32> {
     let values: Vec<f64> = mse.iter().flatten().copied().collect();
     let first = *values.first()?;

@@ -1,9 +1,10 @@
-//! Ratios of each method to the baseline with as many samples, over all scenes.
+//! Ratios of each method to the baseline with the same number of samples, and their geometric means over the scenes.
+//! [`super::compare`] calls it.
 
 use super::report::{SequenceRow, SequenceScene, SequenceSummary};
 use crate::compare::ratios::geometric;
 
-/// Measures that are compared, in the order of the tables.
+/// The measures that are compared, in the order of the tables.
 pub const MEASURES: [&str; 9] = [
     "mse",
     "bias2",
@@ -16,7 +17,7 @@ pub const MEASURES: [&str; 9] = [
     "noise",
 ];
 
-/// Geometric means; a scene whose ratio is no positive number has no vote.
+/// The geometric means over the scenes. A scene whose ratio is not a positive number is left out.
 pub fn over_scenes(scenes: &[SequenceScene]) -> Vec<SequenceSummary> {
     let mut groups: Vec<(String, u32, String, Vec<f64>)> = Vec::new();
     for scene in scenes {
@@ -40,7 +41,7 @@ pub fn over_scenes(scenes: &[SequenceScene]) -> Vec<SequenceSummary> {
     groups.into_iter().filter_map(summary).collect()
 }
 
-/// Of a row to its peer; the baseline's own are left out.
+/// The ratios of a row to the baseline's row with the same number of samples. The baseline's own rows have none.
 pub fn ratios(scene: &SequenceScene, row: &SequenceRow) -> Vec<(String, Option<f64>)> {
     if row.method == scene.baseline {
         return Vec::new();
@@ -49,7 +50,7 @@ pub fn ratios(scene: &SequenceScene, row: &SequenceRow) -> Vec<(String, Option<f
     if let Some(peer) = scene.results.iter().find(|r| r.method == scene.baseline && r.spp == row.spp) {
         let total = |r: &SequenceRow| r.ms.get("total").copied();
         found.push(("ms_total".to_owned(), total(row).zip(total(peer)).map(|(a, b)| a / b)));
-        // Products of two runs may fall below 0 by chance: two of those have no ratio.
+        // A product of two runs may be negative by chance. Then there is no ratio.
         let value = |r: &SequenceRow, m| r.means.get(m).copied().flatten().filter(|v| *v > 0.0);
         found.extend(MEASURES.map(|m| (m.to_owned(), value(row, m).zip(value(peer, m)).map(|(a, b)| a / b))));
     }

@@ -1,4 +1,4 @@
-//! `sequence.md`: the report as tables for people.
+//! Writes `sequence.md`: the report as tables for people.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::report::{SequenceReport, SequenceScene};
 use super::summary::{MEASURES, ratios};
 use crate::compare::tables::{columns, row};
 
-/// What the columns are called, in the order of [`MEASURES`].
+/// The titles of the columns, in the order of [`MEASURES`].
 const TITLES: [&str; 9] = [
     "MSE",
     "bias²",
@@ -21,7 +21,7 @@ const TITLES: [&str; 9] = [
     "noise",
 ];
 
-/// The whole document. Definitions stand in `docs/compare.md`.
+/// The whole document. `docs/compare.md` has the definitions.
 pub fn markdown(report: &SequenceReport) -> String {
     let mut out = String::from("# Reflections over time\n\n");
     let _ = writeln!(
@@ -70,7 +70,7 @@ fn section(out: &mut String, scene: &SequenceScene) {
         columns(out, &ratio_names(), 1);
     }
     for r in others {
-        // A row without a peer has only what is measured at equal time.
+        // If the baseline has no row with this number of samples, there is only the ratio at equal time.
         let mut cells = vec!["–".to_owned(); MEASURES.len() + 2];
         for (cell, (_, ratio)) in cells.iter_mut().zip(ratios(scene, r)) {
             *cell = short(ratio);
@@ -84,7 +84,7 @@ fn ratio_names() -> Vec<&'static str> {
     ["method", "MSE at equal time", "ms"].into_iter().chain(TITLES).collect()
 }
 
-/// Geometric means over the scenes with the worst scene.
+/// The table over all scenes: geometric means, and the worst scene.
 fn summary(out: &mut String, report: &SequenceReport) {
     let _ = writeln!(out, "## Over {} scenes: geometric mean (worst)\n", report.scenes.len());
     columns(out, &ratio_names(), 1);
@@ -109,7 +109,7 @@ fn summary(out: &mut String, report: &SequenceReport) {
     out.push('\n');
 }
 
-/// Three digits that count.
+/// A number with three decimals, or with an exponent where it is small or large.
 fn short(value: Option<f64>) -> String {
     match value {
         None => "–".to_owned(),

@@ -1,9 +1,9 @@
-//! A page of 8-bit sRGB pixels, and pictures brought to its size.
+//! A page of 8-bit sRGB pixels that sheets are drawn on, and pictures brought to another size.
 
-/// 8-bit sRGB.
+/// An 8-bit sRGB colour.
 pub type Color = [u8; 3];
 
-/// RGB bytes, rows from the top. What would lie outside is left out.
+/// RGB bytes, rows from the top. What is drawn outside the page is ignored.
 #[derive(Debug, Clone)]
 pub struct Canvas {
     pub width: u32,
@@ -11,7 +11,7 @@ pub struct Canvas {
     pub rgb: Vec<u8>,
 }
 
-/// Corner and size, pixels.
+/// A rectangle by its upper left corner and its size, pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rect {
     pub x: usize,
@@ -21,7 +21,7 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// With `by` more pixels on each side.
+    /// The rectangle with `by` more pixels on each side.
     pub fn grown(self, by: usize) -> Rect {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         Rect { x, y, width: self.width + 2 * by, height: self.height + 2 * by }
@@ -33,7 +33,7 @@ impl Canvas {
         Canvas { width: width as u32, height: height as u32, rgb: ground.repeat(width * height) }
     }
 
-    /// Puts `color` over a pixel with this coverage, 0 to 1.
+    /// Blends `color` over a pixel with this coverage, 0 to 1.
     pub fn blend(&mut self, x: usize, y: usize, color: Color, coverage: f32) {
         if x < self.width as usize && y < self.height as usize {
             let at = 3 * (y * self.width as usize + x);
@@ -51,7 +51,7 @@ impl Canvas {
         }
     }
 
-    /// A frame of this thickness around the rectangle, outside of it.
+    /// Draws a frame of this thickness around the rectangle, outside of it.
     pub fn frame(&mut self, rect: Rect, thickness: usize, color: Color) {
         let outer = rect.grown(thickness);
         let (wide, tall) = (Rect { height: thickness, ..outer }, Rect { width: thickness, ..outer });
@@ -60,7 +60,7 @@ impl Canvas {
         }
     }
 
-    /// Draws `pixels`, `width` to a row, each `zoom` × `zoom` large.
+    /// Draws `pixels`, of which `width` make a row. Each becomes `zoom`×`zoom` pixels large.
     pub fn picture(&mut self, (x, y): (usize, usize), pixels: &[Color], width: usize, zoom: usize) {
         for (i, color) in pixels.iter().enumerate() {
             let (px, py) = (x + i % width * zoom, y + i / width * zoom);
@@ -69,12 +69,12 @@ impl Canvas {
     }
 }
 
-/// sRGB in [0, 1] as bytes.
+/// An sRGB colour in [0, 1] as bytes.
 pub fn bytes(color: [f32; 3]) -> Color {
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-/// Brings a picture to another size: each new pixel is the mean of what it covers.
+/// Brings a picture to another size. Each new pixel is the mean of what it covers in the old picture.
 pub fn resized<const N: usize>(
     pixels: &[[f32; N]],
     (width, height): (usize, usize),
@@ -99,7 +99,7 @@ pub fn resized<const N: usize>(
     out
 }
 
-/// The old pixels under new pixel `i` along an axis, with the length that lies under it.
+/// The old pixels that the new pixel `i` covers along an axis, each with the length of it that is covered.
 fn covered(i: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
     let (start, end) = (i * from, (i + 1) * from);
     let overlap = |s: usize| ((s + 1) * to).min(end) - (s * to).max(start);

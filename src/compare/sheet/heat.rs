@@ -1,15 +1,15 @@
-//! The colours of the left–right difference.
+//! The colours in which sheets show the difference between the eyes.
 
 use super::canvas::Color;
 
-/// Weber contrast at the scale's upper end and beyond.
+/// The Weber contrast at the upper end of the scale.
 pub const FULL: f32 = 0.5;
 
-/// Where a pixel of the left eye has no partner.
+/// The colour of pixels of the left eye that have no partner.
 pub const NO_PARTNER: Color = [208, 210, 214];
 
-/// Samples of matplotlib's `inferno` at equal distances (CC0, N. Smith and S. van der Walt): even steps of contrast
-/// are even steps of lightness, whatever the reader's colour vision.
+/// Samples of matplotlib's `inferno` at equal distances (CC0, N. Smith and S. van der Walt). Equal steps of contrast
+/// are equal steps of lightness, also for colour-blind readers.
 const INFERNO: [[f32; 3]; 9] = [
     [0.0, 0.0, 4.0],
     [31.0, 12.0, 72.0],
@@ -22,7 +22,7 @@ const INFERNO: [[f32; 3]; 9] = [
     [252.0, 255.0, 164.0],
 ];
 
-/// Of a Weber contrast; [`FULL`] is the brightest.
+/// The colour of a Weber contrast. [`FULL`] and more have the brightest.
 pub fn color(contrast: f32) -> Color {
     let at = (contrast / FULL).clamp(0.0, 1.0) * (INFERNO.len() - 1) as f32;
     let low = (at as usize).min(INFERNO.len() - 2);

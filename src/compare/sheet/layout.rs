@@ -1,20 +1,22 @@
-//! Where everything stands on a sheet. A row is a method; its blocks, the whole view and then the parts, are alike:
-//! left eye and right eye, below them their difference and the numbers.
+//! Draws a sheet: [`super::Sheet`] goes in and the page comes out.
+//!
+//! A row belongs to a method. It has a block for the whole view and then one for each enlarged part. Every block has
+//! the pictures of the left and of the right eye, and below them the difference between the eyes and the numbers.
 
 use super::canvas::{Canvas, Color, Rect, bytes, resized};
 use super::text::{Align, Type};
 use super::{Part, Row, Scores, Sheet, heat};
 
-/// Height of every picture; enlarged parts are as wide. The sides of parts divide it.
+/// The height of every picture, and the width of enlarged parts. The side of a part always divides it.
 const CELL: usize = 192;
 const MARGIN: usize = 40;
-/// Between the pictures of a block.
+/// The space between the pictures of a block.
 const GAP: usize = 6;
 const BETWEEN_BLOCKS: usize = 34;
-/// A method's name and what it is.
+/// The height of a method's name and description.
 const ROW_HEAD: usize = 46;
 const BETWEEN_ROWS: usize = 26;
-/// Down to the first row.
+/// The height of everything above the first row.
 const HEAD: usize = 152;
 const SCALE_WIDTH: usize = 240;
 
@@ -22,7 +24,8 @@ const GROUND: Color = [255, 255, 255];
 const INK: Color = [24, 24, 26];
 const QUIET: Color = [92, 94, 99];
 const LINE: Color = [214, 216, 220];
-/// Okabe & Ito's orange, sky blue and reddish purple: told apart by colour-blind readers, on dark pictures and light.
+/// Okabe & Ito's orange, sky blue and reddish purple. Colour-blind readers can tell them apart, on dark and on light
+/// pictures.
 const MARKS: [Color; 3] = [[230, 159, 0], [86, 180, 233], [204, 121, 167]];
 const LETTERS: [&str; 3] = ["A", "B", "C"];
 
@@ -30,11 +33,11 @@ const TITLE: f32 = 26.0;
 const NAME: f32 = 19.0;
 const TEXT: f32 = 15.0;
 
-/// A page under work.
+/// A page that is being drawn.
 struct Page {
     canvas: Canvas,
     letters: Type,
-    /// Width of a whole view.
+    /// The width of the picture of a whole view.
     view: usize,
 }
 
@@ -44,7 +47,7 @@ pub fn draw(sheet: &Sheet) -> Canvas {
     let view = ((CELL * width) as f64 / height as f64).round() as usize;
     let blocks = 2 * view + GAP + sheet.parts.len() * (BETWEEN_BLOCKS + 2 * CELL + GAP);
     let row = ROW_HEAD + 2 * CELL + GAP + BETWEEN_ROWS;
-    // Even a page without parts holds the head's words.
+    // A page without parts must still be wide enough for the words in its head.
     let size = ((2 * MARGIN + blocks).max(1100), HEAD + sheet.rows.len() * row + MARGIN - BETWEEN_ROWS);
     let mut page = Page { canvas: Canvas::new(size.0, size.1, GROUND), letters: Type::new(), view };
     page.head(sheet);
@@ -63,7 +66,7 @@ impl Page {
         self.canvas.width as usize - MARGIN
     }
 
-    /// Left edge of the part's block.
+    /// The left edge of a part's block.
     fn block(&self, part: usize) -> usize {
         MARGIN + 2 * self.view + GAP + BETWEEN_BLOCKS + part * (2 * CELL + GAP + BETWEEN_BLOCKS)
     }
@@ -88,7 +91,7 @@ impl Page {
         }
     }
 
-    /// The colours of the left–right difference.
+    /// Draws the scale of the difference between the eyes.
     fn scale(&mut self) {
         let (x, y) = (self.right() - SCALE_WIDTH, 38);
         for i in 0..SCALE_WIDTH {
@@ -127,7 +130,7 @@ impl Page {
         }
         let known: Vec<[f32; 2]> = row.seen.contrast.iter().map(|c| c.map_or([0.0; 2], |c| [c, 1.0])).collect();
         let small = resized(&known, size, to);
-        // A pixel of the small map is known where half of what it covers is.
+        // A pixel of the smaller map has a value where at least half of what it covers has one.
         let mean = |[sum, share]: [f32; 2]| if share < 0.5 { heat::NO_PARTNER } else { heat::color(sum / share) };
         let colors: Vec<Color> = small.into_iter().map(mean).collect();
         self.canvas.picture((MARGIN, y + CELL + GAP), &colors, self.view, 1);
@@ -138,11 +141,11 @@ impl Page {
         }
     }
 
-    /// A part's frame and letter in the whole view at `at`.
+    /// Draws the frame and the letter of a part into the whole view at `at`.
     fn mark(&mut self, at: (usize, usize), (width, height): (usize, usize), part: Rect, index: usize) {
         let (x, y) = (at.0 + part.x * self.view / width, at.1 + part.y * CELL / height);
         let rect = Rect { x, y, width: part.width * self.view / width, height: part.height * CELL / height };
-        // A dark rim parts the colour from whatever lies behind it.
+        // A dark rim separates the colour from the picture.
         self.canvas.frame(rect.grown(1), 1, INK);
         self.canvas.frame(Rect { x: x + 1, y: y + 1, width: rect.width - 2, height: rect.height - 2 }, 2, MARKS[index]);
         self.canvas.fill(Rect { x, y, width: 15, height: 16 }, MARKS[index]);
@@ -167,7 +170,7 @@ impl Page {
         self.numbers((x + CELL + GAP + 10, y + CELL + GAP), (LETTERS[i], row), scores);
     }
 
-    /// A small table at `at`, as wide as a part.
+    /// Draws a small table of numbers that is as wide as a part.
     fn numbers(&mut self, (x, y): (usize, usize), (what, row): (&str, &Row), scores: &Scores) {
         let [middle, right] = [x + CELL - 70, x + CELL - 12];
         self.text((x, y + 2), (TEXT, Align::Left), INK, &row.name);
@@ -193,14 +196,14 @@ impl Page {
     }
 }
 
-/// With a comma before every third digit.
+/// A count with a comma between groups of three digits.
 fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let comma = |i: usize| if i > 0 && (digits.len() - i).is_multiple_of(3) { "," } else { "" };
     digits.chars().enumerate().map(|(i, digit)| format!("{}{digit}", comma(i))).collect()
 }
 
-/// Three digits after the point, fewer where it grows.
+/// A number with three decimals, or with fewer where it is large.
 fn number(value: f64) -> String {
     match value.abs() {
         v if v < 10.0 => format!("{value:.3}"),

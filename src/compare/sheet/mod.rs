@@ -1,5 +1,6 @@
-//! Sheets: what every method shows, where the methods differ most, and what the eyes disagree on (paper §5, Figs.
-//! 10 to 14). One frame of each, beside the reference.
+//! Sheets: pictures that show what every method shows, where the methods differ most, and where the eyes disagree
+//! (paper §5, Figs. 10 to 14). Each shows one frame of every method and the reference. A [`Subject`] goes in, and a
+//! page for each fallback comes out. [`super::scene`] calls it.
 
 mod canvas;
 mod heat;
@@ -22,13 +23,13 @@ pub use canvas::Canvas;
 use canvas::Rect;
 use seen::{Frame, Scores, Seen, Truth};
 
-/// Of the frame that is shown: the first round's.
+/// The seed of the frame that is shown. It is that of the first round that is measured.
 const SEED: u32 = 1;
 
-/// All that a sheet shows.
+/// Everything that a sheet shows.
 struct Sheet {
     title: String,
-    /// How it was made.
+    /// How the pictures were made.
     about: String,
     /// Pixels of one eye.
     size: (usize, usize),
@@ -36,27 +37,27 @@ struct Sheet {
     rows: Vec<Row>,
 }
 
-/// An enlarged part.
+/// A part of the view that is shown enlarged.
 struct Part {
-    /// The two methods that differ most there.
+    /// The two methods that differ most there, in words.
     step: String,
-    /// Of the left and of the right eye.
+    /// The part in the left and in the right eye.
     rects: [Rect; 2],
 }
 
-/// A method, or the reference.
+/// A row of the sheet: a method, or the reference.
 struct Row {
     name: String,
     about: String,
     seen: Seen,
     whole: Scores,
-    /// In the order of the parts.
+    /// The scores of each part, in the order of the parts.
     parts: Vec<Scores>,
-    /// It is its own measure: no error is shown.
+    /// Whether this is the reference, for which no errors are shown.
     is_reference: bool,
 }
 
-/// A sheet for each fallback, with its name.
+/// A sheet for each fallback, with the fallback's name.
 ///
 /// # Errors
 /// [`CompareError`].
@@ -109,7 +110,8 @@ pub fn sheets(
     Ok(sheets)
 }
 
-/// Parts and scores; each method's step is the one to the last method, or to the reference where it is alone.
+/// Chooses the parts of a sheet and computes the scores. Each method is compared with the last method, and the only
+/// method of a sheet is compared with the reference.
 fn sheet(
     truth: &Truth<'_>,
     (title, about): (String, String),

@@ -1,33 +1,36 @@
-//! Which parts of a picture are enlarged: where a step changes most what is compared.
+//! Chooses the parts of a picture that a sheet shows enlarged: those in which two methods differ most. Maps of the
+//! change between methods go in and squares come out.
 
 use super::canvas::Rect;
 
-/// Regions on a sheet.
+/// The number of regions on a sheet.
 pub const COUNT: usize = 3;
 
-/// Sides of a region that divide a sheet's cell, pixels; the largest that is at most a quarter of the picture's.
+/// The possible sides of a region, pixels. All of them divide a sheet's cell. The largest one is used that is at most a
+/// quarter of the picture's shorter side.
 const SIDES: [usize; 7] = [64, 48, 32, 24, 16, 12, 8];
 
-/// A square of the left eye.
+/// A square in the left eye's picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Region {
-    /// Index of the map in which it was found.
+    /// The index of the map in which it was found.
     pub step: usize,
     pub rect: Rect,
 }
 
-/// The side of a picture's regions; `None`: it is too small for any.
+/// The side of the regions of a picture. `None`: the picture is too small for any.
 pub fn side(width: usize, height: usize) -> Option<usize> {
     SIDES.into_iter().find(|s| 4 * s <= width.min(height))
 }
 
-/// Pixels that stay free at each border and between two regions.
+/// The number of pixels that stay free at each border and between two regions.
 pub fn margin(side: usize) -> usize {
     side / 8
 }
 
-/// Up to [`COUNT`] squares in which the mean of a map is farthest from zero, in either direction; the last map first,
-/// and around again where there are fewer maps than regions. In the maps' order, then from top to bottom.
+/// Chooses up to [`COUNT`] squares in which the mean of a map is farthest from zero, in either direction. The maps take
+/// turns, beginning with the last, and each finds its best square among those that are still free. The result is in the
+/// order of the maps, then from top to bottom.
 pub fn choose(maps: &[Vec<f32>], width: usize, height: usize, side: usize) -> Vec<Region> {
     let sums: Vec<Sums> = maps.iter().map(|map| Sums::of(map, width)).collect();
     let mut found: Vec<Region> = Vec::new();
@@ -35,7 +38,7 @@ pub fn choose(maps: &[Vec<f32>], width: usize, height: usize, side: usize) -> Ve
         let best = squares(width, height, side)
             .filter(|rect| found.iter().all(|f| apart(*rect, f.rect, margin(side))))
             .map(|rect| (sums[step].within(rect).abs(), rect))
-            // Of equals the first: strictly greater replaces.
+            // Of equal squares the first is kept.
             .fold(None, |best: Option<(f64, Rect)>, new| match best {
                 Some(b) if b.0 >= new.0 => Some(b),
                 _ => Some(new),
@@ -57,7 +60,8 @@ fn apart(a: Rect, b: Rect, gap: usize) -> bool {
     clear(a.x, a.width, b.x) || clear(b.x, b.width, a.x) || clear(a.y, a.height, b.y) || clear(b.y, b.height, a.y)
 }
 
-/// Sums over everything left of and above a pixel (Crow 1984).
+/// The sums of a map over everything to the left of and above each pixel (Crow 1984), which give the sum over any
+/// rectangle.
 struct Sums {
     stride: usize,
     values: Vec<f64>,
@@ -90,7 +94,7 @@ mod tests {
 
     const SIZE: (usize, usize) = (64, 40);
 
-    /// Zero but for squares of eight at (x, y) with this value.
+    /// A map that is zero except in squares of side 8 at (x, y), which have this value.
     fn map(squares: &[(usize, usize, f32)]) -> Vec<f32> {
         let inside = |i: usize, x: usize, y: usize| (x..x + 8).contains(&(i % 64)) && (y..y + 8).contains(&(i / 64));
         (0..64 * 40).map(|i| squares.iter().filter(|s| inside(i, s.0, s.1)).map(|s| s.2).sum()).collect()

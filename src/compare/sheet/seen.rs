@@ -1,4 +1,5 @@
-//! What a row of a sheet shows: a method's pictures, how far they are from the reference, and one eye from the other.
+//! Computes what a row of a sheet shows: a method's pictures, how far they are from the reference, and how far one eye
+//! is from the other. A method's [`Frame`] goes into the [`Truth`]; [`Seen`] and [`Scores`] come out.
 
 use super::canvas::Rect;
 use crate::metrics::{Ssim, errors, luminance, mean, tone};
@@ -6,50 +7,52 @@ use crate::picture::StereoPicture;
 
 /// Linear radiance of both eyes.
 pub struct Frame {
-    /// All that is seen.
+    /// The composite.
     pub composite: StereoPicture,
     /// The outgoing reflection alone.
     pub reflection: StereoPicture,
 }
 
-/// What rows are measured against.
+/// The reference of a sheet, with which its rows are compared.
 pub struct Truth<'a> {
     pub width: usize,
     pub height: usize,
     exposure: f32,
-    /// sRGB in [0, 1] of the composite.
+    /// The composite as sRGB values in [0, 1].
     shown: [Vec<[f32; 3]>; 2],
     reflection: &'a StereoPicture,
-    /// Of the tone-mapped reflection; `None`: the picture is smaller than a window.
+    /// SSIM with the tone-mapped reflection. `None`: the picture is smaller than a window.
     ssim: [Option<Ssim>; 2],
-    /// Pixels that trace a reflection ray.
+    /// Which pixels trace a reflection ray.
     traced: [Vec<bool>; 2],
-    /// Indices in the left and in the right eye.
+    /// The pairs, as indices in the left and in the right eye.
     pairs: &'a [[usize; 2]],
-    /// Least mean luminance in a contrast.
+    /// The least luminance that a contrast is divided by.
     epsilon: f64,
 }
 
-/// A method's frame.
+/// A method's frame, and how it compares with the reference.
 pub struct Seen {
     frame: Frame,
-    /// sRGB in [0, 1] of the composite.
+    /// The composite as sRGB values in [0, 1].
     pub shown: [Vec<[f32; 3]>; 2],
-    /// Of each pixel of the left eye and its partner: difference of the reflections' luminances over the mean luminance
-    /// of all that is seen there. Texture, which has another disparity than what it reflects, does not count.
+    /// For each pixel of the left eye with a partner, the contrast between the two: the difference of the luminances of
+    /// their reflections over the mean luminance of their composites. Only the reflection is compared, because the
+    /// texture of a surface has another disparity than what the surface reflects.
     pub contrast: Vec<Option<f32>>,
-    /// Mean absolute error of sRGB values, of a pixel of the left eye and its partner where it has one.
+    /// For each pixel of the left eye, the mean absolute error of its sRGB values. Where it has a partner, the
+    /// partner's error counts as much.
     error: Vec<f32>,
 }
 
-/// Of a part of the picture.
+/// The scores of a part of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {
-    /// 1 − SSIM of the tone-mapped reflection by eye, windows centred on pixels of the part that trace.
+    /// 1 − SSIM of the tone-mapped reflection by eye, over the windows whose centre is a pixel of the part that traces.
     pub dissimilarity: [Option<f64>; 2],
-    /// Relative squared error of the reflection by eye, over pixels that trace.
+    /// The relative squared error of the reflection by eye, over the pixels that trace.
     pub rse: [Option<f64>; 2],
-    /// Mean of [`Seen::contrast`] over the part's pairs.
+    /// The mean of [`Seen::contrast`] over the part's pairs.
     pub contrast: Option<f64>,
     pub pairs: usize,
 }
@@ -85,7 +88,7 @@ impl<'a> Truth<'a> {
         shown[eye][at].iter().zip(self.shown[eye][at]).map(|(x, y)| (x - y).abs()).sum::<f32>() / 3.0
     }
 
-    /// How a part of the left eye and its counterpart in the right one fare.
+    /// The scores of a part in the left eye and of its counterpart in the right eye.
     pub fn scores(&self, seen: &Seen, parts: [Rect; 2]) -> Scores {
         let of = |eye: usize| {
             let mask: Vec<bool> = self.mask(parts[eye]).iter().zip(&self.traced[eye]).map(|(m, t)| *m && *t).collect();
@@ -112,8 +115,8 @@ impl<'a> Truth<'a> {
             .collect()
     }
 
-    /// Where the right eye sees what the left one sees in `part`: moved by the median disparity of its pairs, and kept
-    /// `margin` away from the border.
+    /// The counterpart of a part of the left eye in the right eye. It is moved by the median disparity of the part's
+    /// pairs, and stays at least `margin` away from the border.
     pub fn counterpart(&self, part: Rect, margin: usize) -> Rect {
         let mask = self.mask(part);
         let inside = || self.pairs.iter().filter(|pair| mask[pair[0]]);
@@ -132,8 +135,8 @@ impl<'a> Truth<'a> {
 }
 
 impl Seen {
-    /// What another picture changes, pixel by pixel of the left eye: how much less the eyes differ (contrast, at most
-    /// 1) plus how much nearer the reference is (sRGB).
+    /// How much better another frame is at each pixel of the left eye: by how much less the eyes differ (contrast, at
+    /// most 1), plus by how much it is nearer to the reference (sRGB values).
     pub fn change_to(&self, other: &Seen) -> Vec<f32> {
         let contrast = |c: Option<f32>| c.unwrap_or(0.0).min(1.0);
         let contrasts = self.contrast.iter().zip(&other.contrast).map(|(a, b)| contrast(*a) - contrast(*b));
@@ -148,7 +151,7 @@ mod tests {
     const W: usize = 24;
     const H: usize = 16;
 
-    /// Nothing but reflection; the right eye's is so bright.
+    /// A frame that shows only reflection. The right eye's is `right` times as bright as the left eye's would be.
     fn frame(right: f32) -> Frame {
         let texture = |scale: f32| (0..W * H).map(|i| [scale * (0.2 + 0.1 * (i % W % 7) as f32); 3]).collect();
         let picture = StereoPicture { width: W as u32, height: H as u32, eyes: [texture(1.0), texture(right)] };

@@ -1,4 +1,5 @@
-//! Words on a sheet: laid out and rasterised by egui's text code, on the CPU, without a window.
+//! Draws words on a sheet. The text code of egui lays them out and rasterises them, on the processor and without a
+//! window.
 
 use std::sync::Arc;
 
@@ -8,15 +9,16 @@ use egui::{Color32, FontData, FontDefinitions, FontFamily, FontId, Galley};
 
 use super::canvas::{Canvas, Color};
 
-/// The panel's font, which the program brings along: the same letters, and so the same bytes, on every machine.
+/// The font of the panel. It is part of the program, so that every machine draws the same letters and makes the same
+/// bytes.
 const FONT: &[u8] = include_bytes!("../../../languages/fonts/NotoSans-Regular.ttf");
 
-/// The letters drawn so far.
+/// The font, and its letters that were rasterised so far.
 pub struct Type {
     fonts: Fonts,
 }
 
-/// What lies at the given x.
+/// Which point of a text is at the given x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
     Left,
@@ -29,17 +31,17 @@ impl Type {
         let mut fonts = FontDefinitions::default();
         fonts.font_data.insert("text".to_owned(), Arc::new(FontData::from_static(FONT)));
         fonts.families.entry(FontFamily::Proportional).or_default().insert(0, "text".to_owned());
-        // The ink is dark, the ground light.
+        // The text is dark on a light ground.
         let color_transfer_function = FontColorTransferFunction::LIGHT_MODE_DEFAULT;
         Type { fonts: Fonts::new(TextOptions { color_transfer_function, ..TextOptions::default() }, fonts) }
     }
 
-    /// Pixels from the line's first to its last advance.
+    /// The width of a line of text, pixels.
     pub fn width(&mut self, text: &str, size: f32) -> usize {
         self.laid_out(text, size).size().x.ceil() as usize
     }
 
-    /// A line whose top is at y; `size` in pixels.
+    /// Draws a line of text whose top is at y. `size` is in pixels.
     pub fn draw(
         &mut self,
         canvas: &mut Canvas,
@@ -58,7 +60,8 @@ impl Type {
         let atlas = self.fonts.texture_atlas().image();
         for row in &galley.rows {
             for glyph in &row.row.glyphs {
-                // As egui's tessellator places them: whole pixels, fractions are in the glyph's own raster.
+                // Glyphs are placed as egui's tessellator does: at whole pixels. Fractions of a pixel are in the
+                // glyph's own raster.
                 let at = row.pos + (glyph.pos + glyph.uv_rect.offset).to_vec2();
                 let (left, top) = (at.x.round() as isize, at.y.round() as isize);
                 let [from, to] = [glyph.uv_rect.min, glyph.uv_rect.max].map(|corner| corner.map(usize::from));

@@ -1,4 +1,5 @@
-//! `compare.md`: the report as tables for people.
+//! Writes `compare.md`: the report as tables for people. A [`Report`] goes in and Markdown comes out. `super::markdown`
+//! calls it, and the other comparisons use its functions for tables.
 
 mod summary;
 
@@ -8,10 +9,10 @@ use cyclopean_analysis::escape::markdown as markdown_of;
 
 use super::report::{Report, Row, SceneReport};
 
-/// Groups of passes in the order of a frame.
+/// The groups of passes that are columns of the tables of times.
 const GROUPS: [&str; 7] = ["total", "trace_resolve", "trace", "resolve", "backface", "depth_pyramid", "classify"];
 
-/// What is compared at equal samples: a column's title and the measure.
+/// The columns of the tables at equal samples: the title and the measure.
 const EQUAL_SAMPLE: [(&str, &str); 11] = [
     ("MSE", "mse"),
     ("relMSE", "relmse"),
@@ -26,7 +27,7 @@ const EQUAL_SAMPLE: [(&str, &str); 11] = [
     ("noise", "noise_variance"),
 ];
 
-/// The same of networks, where one was named.
+/// Further such columns, for the measures by networks. They are shown where the network was named.
 const EQUAL_SAMPLE_BY_NETWORKS: [(&str, &str); 4] = [
     ("LPIPS", "lpips"),
     ("DISTS", "dists"),
@@ -34,17 +35,17 @@ const EQUAL_SAMPLE_BY_NETWORKS: [(&str, &str); 4] = [
     ("DISTS, reflection", "reflection_dists"),
 ];
 
-/// Those of [`EQUAL_SAMPLE_BY_NETWORKS`] that `has` says are there.
+/// The columns of [`EQUAL_SAMPLE_BY_NETWORKS`] whose measure is there, as `has` says.
 fn by_networks(has: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'static str, &'static str)> {
     EQUAL_SAMPLE_BY_NETWORKS.into_iter().filter(move |(_, measure)| has(measure))
 }
 
-/// Whether a scene's results have a measure, be it undefined.
+/// Whether a scene's results have a measure, even if it is undefined.
 fn has(scene: &SceneReport) -> impl Fn(&str) -> bool {
     |measure| scene.results.iter().any(|r| r.left.means.contains_key(measure))
 }
 
-/// The whole document. Definitions stand in `docs/compare.md`.
+/// The whole document. `docs/compare.md` has the definitions.
 pub fn markdown(report: &Report) -> String {
     let mut out = String::from("# Error against run time\n\n");
     let _ = writeln!(
@@ -82,9 +83,10 @@ fn scene_section(out: &mut String, scene: &SceneReport) {
     let p = &scene.pairs;
     let _ = writeln!(
         out,
-        "{} of the pixels trace. The reference's own variance is {} (left) and {} (right). Of {} pairs by geometry {} \
-         are used; {} are left open by the reference's noise, {} differ in it. Of the used ones {} exceed 2 % in a \
-         reference with another seed.\n",
+        "{} of the pixels trace a reflection ray. The variance of the reference itself is {} (left) and {} (right). \
+        Geometry gives {} pairs of pixels, and {} of them are used. For {} the reference is too noisy to tell whether \
+        they match, and {} differ in it. In a reference with another seed, {} of the used pairs differ by more than \
+        2 %.\n",
         percent(Some(scene.reflective)),
         short(Some(scene.reference.variance[0])),
         short(Some(scene.reference.variance[1])),
@@ -105,13 +107,14 @@ fn scene_section(out: &mut String, scene: &SceneReport) {
     }
 }
 
-/// A table's head: names, then how they stand.
+/// The heading of a table, and its first two lines.
 fn head(out: &mut String, title: &str, names: &[&str], words: usize) {
     let _ = writeln!(out, "### {title}\n");
     columns(out, names, words);
 }
 
-/// The first two lines of a table; the first `words` columns stand to the left.
+/// The first two lines of a table: the names of the columns, and how they are aligned. The first `words` columns are
+/// aligned to the left and the others to the right.
 pub(super) fn columns(out: &mut String, names: &[&str], words: usize) {
     row(out, names.iter().map(|n| (*n).to_owned()));
     row(out, (0..names.len()).map(|i| if i < words { "---" } else { "---:" }.to_owned()));
@@ -122,7 +125,7 @@ pub(super) fn row(out: &mut String, cells: impl Iterator<Item = String>) {
     let _ = writeln!(out, "| {} |", cells.map(|c| markdown_of(&c)).collect::<Vec<_>>().join(" | "));
 }
 
-/// `stereo@2`, with the fallback where the scene has two.
+/// The name of a row, such as `stereo@2`, with the fallback where the scene has several.
 fn label(scene: &SceneReport, method: &str, spp: u32, fallback: &str) -> String {
     let two = scene.results.iter().any(|r| r.fallback != fallback);
     if two { format!("{method}@{spp}, {fallback}") } else { format!("{method}@{spp}") }
@@ -210,8 +213,8 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
         "> 10 %",
         "> 20 %",
     ];
-    let title = "Inconsistency between the eyes, shares of the pairs; single frames from `> 2 %` on; \
-                 in brackets 95 % intervals over seeds";
+    let title = "Inconsistency between the eyes as shares of the pairs, from `> 2 %` on in single frames; \
+    in brackets 95 % intervals over seeds";
     head(out, title, &names, 1);
     for r in &scene.results {
         let over = |percents: u32| percent(r.noise_over.as_ref().and_then(|n| n.get(&percents).copied()));
@@ -244,7 +247,7 @@ fn inconsistency(out: &mut String, scene: &SceneReport) {
 }
 
 fn equal_sample(out: &mut String, scene: &SceneReport) {
-    let title = format!("Equal samples: over `{}` with as many, 95 % interval over seeds", scene.baseline);
+    let title = format!("Equal samples: ratios to `{}` and 95 % intervals over seeds", scene.baseline);
     let columns: Vec<(&str, &str)> = EQUAL_SAMPLE.into_iter().chain(by_networks(has(scene))).collect();
     let names: Vec<&str> = ["method"].into_iter().chain(columns.iter().map(|(title, _)| *title)).collect();
     head(out, &title, &names, 1);

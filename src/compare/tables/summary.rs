@@ -1,4 +1,4 @@
-//! All scenes together: geometric means, and which scenes they leave out.
+//! The tables over all scenes: geometric means, and which scenes they leave out. The report's summary goes in.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use cyclopean_analysis::escape::markdown as markdown_of;
 use super::{EQUAL_SAMPLE, by_networks, head, ratio, row};
 use crate::compare::report::Summary;
 
-/// A column's title and the measure.
+/// The title and the measure of each column.
 type Columns<'a> = &'a [(&'a str, &'a str)];
 
 const TIMES: [(&str, &str); 7] = [
@@ -20,7 +20,7 @@ const TIMES: [(&str, &str); 7] = [
     ("tone-mapped MSE at equal time", "equal_time_tonemapped_mse"),
 ];
 
-/// Two tables and, under each, the scenes without a vote.
+/// Writes two tables and, below each, the scenes that are left out.
 pub fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
     let _ = writeln!(out, "## All {scenes} scenes\n");
     table(out, summary, "Times, and errors at equal time", &TIMES);
@@ -29,9 +29,9 @@ pub fn summary(out: &mut String, summary: &[Summary], scenes: usize) {
     table(out, summary, "Equal samples", &columns);
 }
 
-/// Configurations by measures.
+/// Writes a table with a row for each configuration and a column for each measure.
 fn table(out: &mut String, summary: &[Summary], title: &str, columns: Columns<'_>) {
-    let title = format!("{title}: geometric means of the scenes' ratios, 95 % interval over scenes; ≤ worst scene");
+    let title = format!("{title}: geometric means of the ratios, 95 % intervals over scenes, ≤ the worst scene");
     let names: Vec<&str> = ["method"].into_iter().chain(columns.iter().map(|m| m.0)).collect();
     head(out, &title, &names, 1);
     let mut seen: Vec<(&str, u32, &str)> = Vec::new();
@@ -55,14 +55,14 @@ fn configuration(s: &Summary) -> (&str, u32, &str) {
     (s.method.as_str(), s.spp, s.fallback.as_str())
 }
 
-/// With the fallback where there are two.
+/// The name of a configuration, with the fallback where there are several.
 fn name(s: &Summary, all: &[Summary]) -> String {
     let two = all.iter().any(|o| o.fallback != all[0].fallback);
     let name = format!("{}@{}", s.method, s.spp);
     if two { format!("{name}, {}", s.fallback) } else { name }
 }
 
-/// A mean that not every scene has a vote in says so in its cell.
+/// The text of a cell. It says so where a mean leaves scenes out.
 fn text(s: &Summary) -> String {
     let mean = match (s.geomean, s.worst) {
         (Some(mean), Some(worst)) => format!("{}, ≤ {worst:.3}", ratio(mean, s.interval)),
@@ -75,7 +75,7 @@ fn votes(s: &Summary) -> String {
     format!("{} of {} scenes", s.scenes, s.scenes + s.left_out.len())
 }
 
-/// Who has no vote, and why, below the table.
+/// Writes below the table which scenes are left out, and why.
 fn left_out(out: &mut String, summary: &[Summary], columns: Columns<'_>) {
     let mut lines = Vec::new();
     for s in summary.iter().filter(|s| !s.left_out.is_empty()) {
