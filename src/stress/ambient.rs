@@ -1,4 +1,4 @@
-//! Ambient occlusion that looks hardly anywhere, or everywhere.
+//! Cases of ambient occlusion with a very small and a very large radius, and in pictures of odd sizes.
 
 use std::sync::Arc;
 
@@ -12,24 +12,24 @@ use super::shapes::{furnace, hall, settings};
 pub const CASES: &[Case] = &[
     Case {
         name: "ao-tiny-radius",
-        hazard: "a disk smaller than a pixel shows only the place itself, and 1/radius² is large",
-        checks: "radius 1 mm, hall and sphere: how much any view hides of what is open",
+        hazard: "samples within less than a pixel show only the place itself, and 1/radius² is large",
+        checks: "radius 1 mm in a hall and on a sphere: the most that the views hide, where nothing is hidden",
         unit: "visibility",
         bound: Bound::AtMost(0.0),
         run: tiny,
     },
     Case {
         name: "ao-huge-radius",
-        hazard: "a disk a thousand times as large as the scene: samples behind the eyes and beyond every border",
-        checks: "radius 1 km, hall and sphere: how far the visibility lies outside 0 to 1",
+        hazard: "samples reach a thousand times as far as the scene, behind the eyes and beyond every border",
+        checks: "radius 1 km in a hall and on a sphere: how far the visibility is outside 0 to 1",
         unit: "visibility",
         bound: Bound::AtMost(0.0),
         run: huge,
     },
     Case {
         name: "ao-odd-sizes",
-        hazard: "a filter wider than the picture, lists of a few pixels",
-        checks: "1×1 to 127×65, radius 0.5 m, hall: how far the visibility lies outside 0 to 1",
+        hazard: "the filter is wider than the picture, and lists have only a few pixels",
+        checks: "radius 0.5 m in a hall, sizes from 1×1 to 127×65: how far the visibility is outside 0 to 1",
         unit: "visibility",
         bound: Bound::AtMost(0.0),
         run: odd_sizes,
@@ -46,12 +46,12 @@ fn occluded(method: Ao, radius_m: f32, settings: Settings) -> Settings {
     Settings { ao: AoSettings { method, radius_m, rays: 4, ..AoSettings::default() }, ..settings }
 }
 
-/// As far as a value lies outside 0 to 1; NaN stays.
+/// How far a value is outside 0 to 1. NaN gives NaN.
 fn outside(value: f32) -> f64 {
     if value.is_nan() { f64::NAN } else { f64::from((value - 1.0).max(-value).max(0.0)) }
 }
 
-/// The largest of a picture's values after `of`; NaN stays.
+/// Renders a picture and takes the visibility of every pixel into account, as `of` measures it.
 fn look(
     bench: &mut Bench,
     (name, scene): &(&'static str, Arc<Scene>),
@@ -62,7 +62,7 @@ fn look(
     let ao = settings.ao.method.name();
     let shot = bench.render(&format!("{name} {ao}"), scene, "stereo", settings)?;
     let Some(seen) = &shot.ambient_visibility else {
-        worst.see(f64::INFINITY, format!("{name}, {ao}: nothing was found"));
+        worst.see(f64::INFINITY, format!("{name}, {ao}: there is no visibility"));
         return Ok(());
     };
     let at = format!("{name}, {ao}, {}×{}", settings.width, settings.height);
@@ -73,7 +73,8 @@ fn look(
 fn tiny(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for scene in &scenes() {
-        // Rays find the contact of floor and wall within a millimetre; the views do not show it.
+        // The method by rays is left out. Its rays find where floor and wall meet within a millimetre, which the views
+        // do not show.
         for ao in Ao::OF_VIEWS {
             let settings = occluded(ao, *AoSettings::RADII_M.start(), settings(65, 33));
             look(bench, scene, &settings, &mut worst, |v| f64::from(1.0 - v).abs())?;

@@ -1,4 +1,5 @@
-//! The device that cases render on, and the pictures that they made there.
+//! The bench that cases render on: it has the device and keeps the pictures of a case. Scenes and settings go in and a
+//! [`Shot`] comes out. The cases and sweeps call it; the command `stress` writes the pictures of those that fail.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -10,26 +11,27 @@ use crate::render::shared::Counts;
 use crate::render::{Method, Prepared, RenderError, Renderer, Settings};
 use crate::scene::{Scene, StereoCamera};
 
-/// One picture of a case, kept so that a failure can be looked at.
+/// One picture of a case. It is kept so that somebody can look at it if the case fails.
 #[derive(Debug)]
 pub struct Shot {
-    /// What it shows, and by which method.
+    /// What the picture shows, and the method.
     pub label: String,
     pub linear: StereoPicture,
     pub reflection: StereoPicture,
-    /// sRGB bytes (RGBA) by eye.
+    /// What a display shows, as sRGB bytes (RGBA) by eye.
     pub display: [Vec<u8>; 2],
-    /// By eye; `None` where ambient light is not occluded.
+    /// The visibility of each pixel by eye. `None`: there is no ambient occlusion.
     pub ambient_visibility: Option<[Vec<f32>; 2]>,
     pub counters: Counts,
-    /// Values that the device counted as NaN or infinite, or that were read back as such.
+    /// The number of values that the device counted as NaN or infinite, or of those that were read back as such,
+    /// whichever is larger.
     pub not_finite: u64,
 }
 
-/// See the module's documentation.
+/// A device, and the pictures that a case has made on it.
 pub struct Bench {
     gpu: Rc<Gpu>,
-    /// The last scene: several methods share its upload.
+    /// The last scene with its renderer, so that several methods need only one upload.
     renderer: Option<(Arc<Scene>, Renderer)>,
     shots: Vec<Rc<Shot>>,
 }
@@ -43,22 +45,23 @@ impl Bench {
         &self.gpu
     }
 
-    /// The pictures since [`Bench::forget`].
+    /// The pictures since the last [`Bench::forget`].
     pub fn shots(&self) -> &[Rc<Shot>] {
         &self.shots
     }
 
-    /// The first of them that holds a value which is not finite.
+    /// The first picture with a value that is not finite.
     pub fn not_finite(&self) -> Option<Rc<Shot>> {
         self.shots.iter().find(|s| s.not_finite > 0).cloned()
     }
 
-    /// Forgets the pictures.
+    /// Forgets all pictures.
     pub fn forget(&mut self) {
         self.shots.clear();
     }
 
-    /// Renders the scene's first view. A picture that holds NaN or infinity is kept and counted, not refused.
+    /// Renders the scene's first view. A picture with NaN or infinity is no error: it is kept, and the values are
+    /// counted.
     ///
     /// # Errors
     /// When a Vulkan call fails, or on Ctrl-C.
@@ -73,7 +76,7 @@ impl Bench {
         self.render_from(label, scene, method, settings, &camera)
     }
 
-    /// The same from any eyes.
+    /// Renders the scene from any pair of eyes, as [`Bench::render`] does.
     ///
     /// # Errors
     /// As [`Bench::render`].
@@ -109,7 +112,7 @@ impl Bench {
         Ok(shot)
     }
 
-    /// A view and a method ready for many frames; their pictures are not kept.
+    /// Prepares a view and a method for many frames. Their pictures are not kept.
     ///
     /// # Errors
     /// As [`Bench::render`].

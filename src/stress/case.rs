@@ -1,4 +1,5 @@
-//! A hazard as data: what is checked, in which unit, by which bound; and its judgement.
+//! A hazard as data, and how it is judged. A [`Case`] says what is measured, in which unit, and by which bound. [`run`]
+//! takes a case and gives its [`Outcome`]; the command `stress` calls it.
 
 use std::time::Instant;
 
@@ -6,7 +7,7 @@ use crate::render::RenderError;
 
 use super::bench::Bench;
 
-/// What a measured value must keep to. No comparison holds for NaN.
+/// The bound of a measured value. NaN is never within it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -15,7 +16,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether the value keeps to it.
+    /// Whether a value is within the bound.
     pub fn holds(self, value: f64) -> bool {
         match self {
             Bound::AtMost(most) => value <= most,
@@ -23,14 +24,14 @@ impl Bound {
         }
     }
 
-    /// The number alone.
+    /// The number of the bound.
     pub fn limit(self) -> f64 {
         match self {
             Bound::AtMost(limit) | Bound::AtLeast(limit) => limit,
         }
     }
 
-    /// The same kind with another number.
+    /// A bound of the same kind with another number.
     pub fn with_limit(self, limit: f64) -> Bound {
         match self {
             Bound::AtMost(_) => Bound::AtMost(limit),
@@ -46,23 +47,23 @@ impl std::fmt::Display for Bound {
     }
 }
 
-/// A hazard and how it is looked at.
+/// A hazard, and how it is checked.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// Short, unique, in words joined by `-`.
+    /// A short name that no other case has: words joined by `-`.
     pub name: &'static str,
     /// What could go wrong.
     pub hazard: &'static str,
     /// What is measured.
     pub checks: &'static str,
-    /// Of the measured value.
+    /// The unit of the measured value.
     pub unit: &'static str,
     pub bound: Bound,
-    /// Renders and measures; the worst value over everything it looked at.
+    /// Renders and measures, and returns the worst value of all.
     pub run: fn(&mut Bench) -> Result<Worst, RenderError>,
 }
 
-/// The worst value seen so far, and where.
+/// The worst value so far, and where it was.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Worst {
     pub value: f64,
@@ -73,7 +74,7 @@ pub struct Worst {
 impl Worst {
     /// For values that must stay small.
     pub fn largest() -> Worst {
-        Worst { value: f64::NEG_INFINITY, at: "nothing was looked at".to_owned(), larger_is_worse: true }
+        Worst { value: f64::NEG_INFINITY, at: "nothing was measured".to_owned(), larger_is_worse: true }
     }
 
     /// For values that must stay large.
@@ -81,7 +82,7 @@ impl Worst {
         Worst { value: f64::INFINITY, larger_is_worse: false, ..Worst::largest() }
     }
 
-    /// Takes a value into account; NaN is worse than any number.
+    /// Takes a value into account. NaN is worse than any number.
     pub fn see(&mut self, value: f64, at: impl Into<String>) {
         let at = at.into();
         tracing::debug!("{value:.4} at {at}");
@@ -92,34 +93,35 @@ impl Worst {
         }
     }
 
-    /// Nothing was looked at: a case that measures nothing has not passed.
+    /// Whether nothing was measured. Such a case has not passed.
     fn is_empty(&self) -> bool {
         self.value == if self.larger_is_worse { f64::NEG_INFINITY } else { f64::INFINITY }
     }
 }
 
-/// A judged case.
+/// The outcome of a case.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Outcome {
     pub name: &'static str,
     pub hazard: &'static str,
     pub checks: &'static str,
     pub passed: bool,
-    /// Null where nothing could be measured, or what was measured is no finite number.
+    /// The worst value. Null where nothing could be measured or where it is not finite.
     pub worst: Option<f64>,
     pub bound: Bound,
     pub unit: &'static str,
     /// Where the worst value was.
     pub at: String,
-    /// Why it failed, when not by its bound.
+    /// Why the case failed, if it is not because of its bound.
     pub error: Option<String>,
     pub seconds: f64,
 }
 
-/// Runs a case. Besides its bound it must give finite pictures and no word from the validation layer.
+/// Runs a case. To pass, its worst value must be within the bound, its pictures must be finite, and the validation
+/// layer must have given no message.
 ///
 /// # Errors
-/// Ctrl-C alone; everything else is an outcome.
+/// Ctrl-C only. Any other error makes a failed outcome.
 pub fn run(case: &Case, bench: &mut Bench) -> Result<Outcome, RenderError> {
     let start = Instant::now();
     bench.forget();

@@ -1,4 +1,4 @@
-//! Depth, size and place: what a picture must not depend on.
+//! Cases of depth, size, place and direction: changes that must not change a picture.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use super::case::{Bound, Case, Worst};
 use super::measure::differing_percent;
 use super::shapes::{moved, scaled, settings, stripes, turned};
 
-/// A ray in a hundred may fall on the other side of an edge when its numbers round otherwise.
+/// One ray in a hundred may fall on the other side of an edge, because its numbers are rounded differently.
 const EDGES: Bound = Bound::AtMost(1.0);
 const UNIT: &str = "% of the pixels";
 
 pub const CASES: &[Case] = &[
     Case {
         name: "hyperbolic-depth",
-        hazard: "near the eye depth takes large steps, far from it tiny ones",
+        hazard: "depth has large steps near the eye and tiny ones far from it",
         checks: "pixels that change by more than 1 % when the near plane moves from 5 cm to 10 µm or to 1 m",
         unit: UNIT,
         bound: EDGES,
@@ -28,24 +28,24 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "tiny-scene",
-        hazard: "squares of millimetres vanish",
-        checks: "pixels that change by more than 1 % when everything is 1e-3 as large",
+        hazard: "squares of millimetres underflow",
+        checks: "pixels that change by more than 1 % when everything is 1e-3 times as large",
         unit: UNIT,
         bound: EDGES,
         run: |bench| compare(bench, |s| scaled(s, 1e-3)),
     },
     Case {
         name: "huge-scene",
-        hazard: "squares of 100 km swallow metres",
-        checks: "pixels that change by more than 1 % when everything is 1e5 as large",
+        hazard: "metres are lost in sums with squares of 100 km",
+        checks: "pixels that change by more than 1 % when everything is 1e5 times as large",
         unit: UNIT,
         bound: EDGES,
         run: |bench| compare(bench, |s| scaled(s, 1e5)),
     },
     Case {
         name: "far-from-origin",
-        hazard: "1e6 m away an f32 has steps of 6 cm",
-        checks: "pixels that change by more than 1 % when everything stands 1e6 m away on each axis",
+        hazard: "an f32 has steps of 6 cm at 1e6 m from the origin",
+        checks: "pixels that change by more than 1 % when everything is moved by 1e6 m along each axis",
         unit: UNIT,
         bound: EDGES,
         run: |bench| compare(bench, |s| moved(s, DVec3::new(1e6, -1e6, 1e6))),
@@ -60,7 +60,8 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// Stripes need no luck of sampling: a mirror, so that equal geometry means equal pixels.
+/// The scene that is changed. Its floor counts as a mirror, so that the picture does not depend on random numbers, and
+/// equal geometry gives equal pixels.
 fn plain() -> Scene {
     stripes(0.02, 1.0)
 }

@@ -1,4 +1,4 @@
-//! Unusual pairs of eyes: at the same position, exchanged, rotated, far apart.
+//! Cases of unusual pairs of eyes: in one place, exchanged, turned against each other, and far apart.
 
 use std::sync::Arc;
 
@@ -14,55 +14,55 @@ use super::shapes::{hall, settings, stripes};
 pub const CASES: &[Case] = &[
     Case {
         name: "ipd-0",
-        hazard: "both eyes in one place: no line between them",
-        checks: "shared streams: pixels in which the eyes are not the same to the bit",
+        hazard: "both eyes are in one place, so that there is no line between them",
+        checks: "shared streams: pixels in which the eyes differ in any bit",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
         run: one_place,
     },
     Case {
         name: "ipd-0-baseline",
-        hazard: "the other eye answers what the own one would",
-        checks: "shared streams: pixels in which stereo-no-reprojection is not sssr to the bit",
+        hazard: "the other eye answers rays that the own eye has lost, although it sees the same",
+        checks: "eyes in one place, shared streams: pixels of stereo-no-reprojection that differ from sssr in any bit",
         unit: "% of the pixels",
         bound: Bound::AtMost(1.0),
         run: baseline,
     },
     Case {
         name: "ipd-0-seeds",
-        hazard: "one eye brighter than the other",
-        checks: "independent streams: mean of left − right over 64 seeds",
+        hazard: "one eye is brighter than the other",
+        checks: "eyes in one place, independent streams: mean of left − right over 64 seeds",
         unit: "standard errors",
         bound: Bound::AtMost(4.0),
         run: seeds,
     },
     Case {
         name: "swapped-eyes",
-        hazard: "a method that takes sides",
-        checks: "eyes exchanged: pixels in which the pictures are not exchanged to the bit",
+        hazard: "a method treats the left eye differently from the right one",
+        checks: "eyes exchanged: pixels in which the exchanged pictures differ in any bit",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
         run: exchanged,
     },
     Case {
         name: "canted-eyes",
-        hazard: "screen fractions of turned eyes differ",
-        checks: "each eye turned by 5°, frusta asymmetric: relative squared error at 16 rays, all in view",
+        hazard: "the same place is at different fractions of the two views",
+        checks: "eyes turned by 5°, with asymmetric frusta: error with 16 rays, where everything reflected is in view",
         unit: "relative squared error",
         bound: Bound::AtMost(0.05),
         run: canted,
     },
     Case {
         name: "eyes-far-apart",
-        hazard: "a partner outside the other view",
-        checks: "1 m between the eyes: relative squared error of stereo over sssr's, 4 rays",
+        hazard: "a pixel's partner is outside the other view",
+        checks: "1 m between the eyes: relative squared error of stereo over that of sssr, with 4 rays",
         unit: "ratio",
         bound: Bound::AtMost(1.0),
         run: far_apart,
     },
 ];
 
-/// Every method that asks the views, and the reference.
+/// Methods that ask the views in different ways, and the reference.
 const ALL: [&str; 12] = [
     "sssr",
     "stereo",

@@ -1,4 +1,5 @@
-//! A square as a glTF in memory, with whatever is wrong with it: hazards of files go through the loader.
+//! A square as a glTF in memory, which a case may damage. It goes through the loader, because these are hazards of
+//! files. The cases of `meshes` call it.
 
 use glam::{DQuat, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -7,19 +8,19 @@ use crate::scene::{self, Scene, SceneError, View};
 
 use super::shapes::{constant_environment, plane};
 
-/// A 4×4 grid in the xz plane that faces +Y, as [`plane`], about to become a file.
+/// A 4×4 grid in the xz plane that faces +Y, like [`plane`], from which a file is made.
 pub struct Square {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
-    /// None in the file when empty.
+    /// The file has no tangents if this is empty.
     pub tangents: Vec<Vec4>,
     pub indices: Vec<u32>,
-    /// RGBA texels of a 2×2 normal map; none in the file when empty.
+    /// RGBA texels of a 2×2 normal map. The file has no normal map if this is empty.
     pub normal_map: Vec<u8>,
     pub roughness: f32,
 }
 
-/// The mesh's name in the file: what the loader says must hold it.
+/// The name of the mesh in the file. The loader's messages must contain it.
 pub const MESH: &str = "Square";
 
 impl Square {
@@ -29,10 +30,10 @@ impl Square {
         Square { positions: p.positions, normals: p.normals, tangents, indices: p.indices, normal_map, roughness }
     }
 
-    /// Through the loader: a white metal in a white world, seen by `view`.
+    /// Loads the file with the scene loader: a white metal in a white world, seen by `view`.
     ///
     /// # Errors
-    /// What the loader says.
+    /// The loader refuses the file.
     pub fn load(&self, view: View) -> Result<Scene, SceneError> {
         let loaded = scene::load_bytes("square", &self.glb())?;
         Ok(Scene { environment: constant_environment(1.0), lights: Vec::new(), views: vec![view], ..loaded })
@@ -102,7 +103,7 @@ impl File {
     }
 }
 
-/// A 2×2 picture.
+/// A 2×2 picture as a PNG.
 fn png(rgba: &[u8]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let kind = image::ExtendedColorType::Rgba8;
@@ -111,7 +112,7 @@ fn png(rgba: &[u8]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// glTF 2.0 §4: header, JSON chunk, binary chunk.
+/// A binary glTF (glTF 2.0, §4): the header, the JSON chunk and the binary chunk.
 fn container(root: &Value, binary: &[u8]) -> Vec<u8> {
     let mut text = root.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');

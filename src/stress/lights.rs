@@ -1,4 +1,4 @@
-//! Lights in places where their shadows are hard to find.
+//! Cases of lights in places where their shadows are hard to find, and of unusual lights.
 
 use std::sync::Arc;
 
@@ -15,48 +15,48 @@ use super::shapes::{look, material, place, plane, scene, settings, sphere, uprig
 pub const CASES: &[Case] = &[
     Case {
         name: "light-inside-matter",
-        hazard: "a light within a closed mesh, and one exactly on a surface",
-        checks: "the most light that leaves the closed mesh, of every method",
+        hazard: "a light is inside a closed mesh, or below the floor",
+        checks: "the most light in the picture by any method, although none may come out",
         unit: "radiance",
         bound: Bound::AtMost(1e-4),
         run: inside,
     },
     Case {
         name: "light-behind-wall",
-        hazard: "light that leaks at the seams of a closed room",
-        checks: "the most light in a closed room whose lights all stand outside, of every method",
+        hazard: "light leaks in at the seams of a closed room",
+        checks: "the most light by any method in a closed room whose lights are all outside",
         unit: "radiance",
         bound: Bound::AtMost(1e-4),
         run: outside,
     },
     Case {
         name: "coplanar-light",
-        hazard: "a light in the plane of a surface: every ray grazes it",
-        checks: "light that such a light puts on the plane that it lies in",
+        hazard: "a light is in the plane of a surface, which every ray then grazes",
+        checks: "the most light on the plane that the light is in",
         unit: "radiance",
         bound: Bound::AtMost(1e-3),
         run: coplanar,
     },
     Case {
         name: "grazing-sun",
-        hazard: "a sun 0.01 to 1 degree above the floor: shadow acne",
-        checks: "the largest difference that shadows make on an empty floor, of its brightest value",
-        unit: "of the light",
+        hazard: "a sun 0.01 to 1 degree above the floor makes shadow acne",
+        checks: "the largest change by shadows on an empty floor, over its brightest value",
+        unit: "relative to the light",
         bound: Bound::AtMost(1e-4),
         run: grazing,
     },
     Case {
         name: "many-lights",
-        hazard: "64 lights",
-        checks: "the mean light of 64 lights against one light of their sum, all at one place",
-        unit: "of the one",
+        hazard: "64 lights at once",
+        checks: "the mean light of 64 lights against that of one light with their sum, all in one place",
+        unit: "relative to the one light",
         bound: Bound::AtMost(1e-3),
         run: many,
     },
     Case {
         name: "light-sizes",
-        hazard: "a light of 1e-6 m and one of 1000 m, and one behind the camera",
-        checks: "the largest difference that their shadows make where nothing stands in the way",
+        hazard: "a light is 1e-6 m or 1000 m large, or is behind the camera",
+        checks: "the largest change by shadows, where nothing is in the way of the light",
         unit: "radiance",
         bound: Bound::AtMost(1e-3),
         run: sizes,
@@ -67,12 +67,12 @@ fn point(position: DVec3, intensity: f32) -> Light {
     LightSource::Point { position, intensity: Vec3::splat(intensity), range_m: f32::INFINITY }.into()
 }
 
-/// Reflects nothing but diffuse light.
+/// A material for white matt surfaces.
 fn chalk() -> Material {
     Material { metallic: 0.0, ..material(1.0) }
 }
 
-/// A chalk and a polished ball on a polished floor, in the dark but for `lights`.
+/// A chalk ball and a polished ball on a polished floor. There is no light but `lights`.
 fn dark(lights: Vec<Light>) -> Scene {
     let parts = vec![
         (plane(4), material(0.2), place([6.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, 0.0, 0.0])),
@@ -138,7 +138,7 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for degrees in [0.01f32, 0.1, 1.0] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        // As bright as it must be to light the floor alike at every height.
+        // So bright that the floor has the same light at every height of the sun.
         let sun = LightSource::Directional {
             direction: Vec3::new(cosine, -sine, 0.0),
             irradiance: Vec3::splat(std::f32::consts::PI / sine),

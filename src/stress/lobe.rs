@@ -1,4 +1,5 @@
-//! The reflection lobe from mirror to matt: energy, and the lobe's albedo against a quadrature of its own.
+//! Cases of the reflection lobe from mirror to matt: its energy, and its albedo against a quadrature that is computed
+//! here.
 
 use std::sync::Arc;
 
@@ -15,50 +16,50 @@ use super::shapes::{furnace, look, material, place, plane, scene, settings};
 pub const CASES: &[Case] = &[
     Case {
         name: "mirror",
-        hazard: "α = 0: D is ∞·0",
-        checks: "a mirror (roughness 0, 1e-30, 1e-4, 0.0299; n·v 1 to 0.05) in a white world cannot be seen",
-        unit: "radiance, of 1",
-        // The albedo table is fp16 and read bilinearly.
+        hazard: "with α = 0 the density D is ∞·0",
+        checks: "a mirror (roughness 0, 1e-30, 1e-4, 0.0299; n·v 1 to 0.05) in a white world: distance from white",
+        unit: "radiance, where 1 is white",
+        // The table of albedos is fp16 and is read with bilinear filtering.
         bound: Bound::AtMost(2e-3),
         run: mirror,
     },
     Case {
         name: "mirror-ball",
-        hazard: "the normal of a facet is not the ball's",
+        hazard: "the normal of a facet is not that of the ball",
         checks: "a mirror ball in a white world: pixels that differ by more than 0.2 %",
         unit: "% of the pixels",
-        // At the rim a reflection about the smooth normal may point below its facet, which is then in its way.
+        // At the rim a reflection about the smooth normal may point below the facet, which then hides it.
         bound: Bound::AtMost(0.5),
         run: mirror_ball,
     },
     Case {
         name: "white-furnace",
-        hazard: "a lobe that makes light",
-        checks: "the most that a white ball returns of a white world, roughness 0 to 1 in 11 steps",
-        unit: "radiance, of 1",
+        hazard: "a lobe reflects more light than arrives",
+        checks: "the most that a white ball reflects of a white world, roughness 0 to 1 in 11 steps",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(1.02),
         run: gain,
     },
     Case {
         name: "lobe-albedo",
-        hazard: "a density that does not fit its samples",
+        hazard: "samples do not have the density that they are weighed with",
         checks: "roughness 0.03 to 0.8, n·v 1 to 0.05: distance of the mean from the lobe's albedo by quadrature",
-        unit: "of the albedo",
+        unit: "relative to the albedo",
         bound: Bound::AtMost(0.02),
         run: lobe_albedo,
     },
     Case {
         name: "energy-lost",
-        hazard: "single scattering loses what would bounce again",
-        checks: "the least that a white plane returns, roughness 0 to 1, n·v 1 to 0.05 (by quadrature the least is 0.307)",
-        unit: "radiance, of 1",
+        hazard: "single scattering loses the light that would be reflected again",
+        checks: "the least that a white plane reflects, roughness 0 to 1, n·v 1 to 0.05 (0.307 by quadrature)",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtLeast(0.29),
         run: loss,
     },
 ];
 
-/// Directional albedo of the GGX lobe with Fresnel 1, by quadrature over half vectors: no code of the renderer, no
-/// importance sampling. Smith's height-correlated masking (Heitz 2014).
+/// The directional albedo of the GGX lobe with a Fresnel term of 1 and Smith's height-correlated masking (Heitz 2014).
+/// It is computed by quadrature over half vectors, without random samples and without code of the renderer.
 pub fn albedo(nv: f64, roughness: f64) -> f64 {
     let alpha = roughness * roughness;
     let v = [(1.0 - nv * nv).sqrt(), 0.0, nv];
@@ -66,7 +67,7 @@ pub fn albedo(nv: f64, roughness: f64) -> f64 {
     let (steps, turns) = (400, 400);
     let mut sum = 0.0;
     for i in 0..steps {
-        // tan θ_h = α·√(u/(1 − u)) spreads the half vectors as D does.
+        // With tan θ_h = α·√(u/(1 − u)) the half vectors are distributed as by D.
         let u = (f64::from(i) + 0.5) / f64::from(steps);
         let tan2 = alpha * alpha * u / (1.0 - u);
         let ch = 1.0 / (1.0 + tan2).sqrt();
@@ -79,7 +80,7 @@ pub fn albedo(nv: f64, roughness: f64) -> f64 {
             if vh <= 0.0 || nl <= 0.0 {
                 continue;
             }
-            // f·cos θ_l dω_l = D G F/(4 nv) dω_l, dω_l = 4 vh dω_h, D·ch dω_h = du dφ/2π.
+            // This follows from f·cos θ_l dω_l = D G F/(4 nv) dω_l, dω_l = 4 vh dω_h and D·ch dω_h = du dφ/2π.
             let g2 = 1.0 / (1.0 + lambda(nv) + lambda(nl));
             sum += g2 * vh / (nv * ch);
         }
@@ -130,7 +131,7 @@ fn gain(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// A white plane that fills a narrow view and is seen at this n·v.
+/// A white plane that fills a narrow view and is seen with this n·v.
 fn tilted(roughness: f32, nv: f64) -> Arc<Scene> {
     let turn = DQuat::from_rotation_x(nv.asin());
     let floor = place([1e3, 1.0, 1e3], turn, [0.0; 3]);
@@ -145,7 +146,7 @@ fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
     for roughness in [0.03f32, 0.1, 0.35, 0.8] {
         for nv in TILTS {
             let floor = tilted(roughness, nv);
-            // As the view's middle: a pixel off it sees another n·v by 0.001.
+            // This is the albedo in the middle of the view. At its border, n·v differs by 0.001.
             let expected = albedo(nv.min(0.9999), f64::from(roughness));
             let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, "path-traced@64", &white(16, 16))?;
             let off = (mean(&shot.reflection) / expected - 1.0).abs();

@@ -1,8 +1,9 @@
-//! What cases measure of pictures, in f64.
+//! Measures of pictures for the cases and sweeps, in f64.
 
 use crate::picture::StereoPicture;
 
-/// Methods that every poor scene must survive: both kinds of answer, one and both eyes, with and without back faces.
+/// The methods of cases that are not about a particular method. They ask the views or the geometry, use one eye or
+/// both, and use back faces or not.
 pub const METHODS: [&str; 6] =
     ["sssr", "stereo", "stereo-adaptive", "stereo-hybrid-50", "sssr-thickness", "path-traced@2"];
 
@@ -10,27 +11,27 @@ fn texels(picture: &StereoPicture) -> impl Iterator<Item = [f64; 3]> {
     picture.eyes.iter().flatten().map(|t| t.map(f64::from))
 }
 
-/// The largest |value − expected| of any channel.
+/// The largest |value − expected| of all channels.
 pub fn farthest_from(picture: &StereoPicture, expected: f64) -> f64 {
     largest(texels(picture).flatten().map(|v| (v - expected).abs()))
 }
 
-/// The largest value of any channel.
+/// The largest value of all channels.
 pub fn most(picture: &StereoPicture) -> f64 {
     largest(texels(picture).flatten())
 }
 
-/// As `f64::max`, but NaN stays.
+/// The largest value, or 0 if none is larger. Unlike with `f64::max`, NaN gives NaN.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |a, b| if a.is_nan() || a > b { a } else { b })
 }
 
-/// Percent of the pixels of which a channel differs by more than `relative` of the larger value (or `relative` × the
-/// pictures' mean, so that nearly black pixels do not count).
+/// The per cent of the pixels in which a channel differs by more than `relative` times the larger value. Values below
+/// the mean of the pictures are compared with that mean instead, so that nearly black pixels do not count.
 pub fn differing_percent(a: &StereoPicture, b: &StereoPicture, relative: f64) -> f64 {
     let floor = mean(a).max(mean(b)).max(f64::MIN_POSITIVE);
     let differs = |(x, y): &([f64; 3], [f64; 3])| {
-        // A NaN is not alike to anything.
+        // NaN counts as different from everything.
         let is_alike = |c: usize| (x[c] - y[c]).abs() <= relative * x[c].abs().max(y[c].abs()).max(floor);
         !(0..3).all(is_alike)
     };
@@ -38,13 +39,13 @@ pub fn differing_percent(a: &StereoPicture, b: &StereoPicture, relative: f64) ->
     100.0 * pairs.iter().filter(|p| differs(p)).count() as f64 / pairs.len().max(1) as f64
 }
 
-/// Pixels that are not the same to the bit.
+/// The number of pixels that differ in any bit.
 pub fn unequal(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let bits = |t: &[f32; 3]| t.map(f32::to_bits);
     a.iter().zip(b).filter(|(x, y)| bits(x) != bits(y)).count() as f64 + a.len().abs_diff(b.len()) as f64
 }
 
-/// Mean over pixels and channels.
+/// The mean over pixels and channels.
 pub fn mean(picture: &StereoPicture) -> f64 {
     let n = 3 * picture.eyes.iter().map(Vec::len).sum::<usize>();
     texels(picture).flatten().sum::<f64>() / n.max(1) as f64
@@ -60,7 +61,7 @@ pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture) -> f64 {
     sum(&|p| p.0 - p.1) / sum(&|p| p.1 - mean)
 }
 
-/// Mean of (x − y)²/(y² + ε), ε = (mean y/100)², over the pixels where the reference y is not black.
+/// The mean of (x − y)²/(y² + ε) with ε = (mean y/100)², over the pixels where the reference y is not black.
 pub fn relative_mse(x: &StereoPicture, y: &StereoPicture) -> f64 {
     let lit: Vec<_> = texels(x).zip(texels(y)).filter(|(_, y)| *y != [0.0; 3]).collect();
     let n = (3 * lit.len()).max(1) as f64;

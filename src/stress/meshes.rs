@@ -1,4 +1,4 @@
-//! What files bring: mended once at load, with the mesh's name, or refused.
+//! Cases of damaged meshes in files. The loader must mend them or refuse them, and must name the mesh.
 
 use std::sync::Arc;
 
@@ -17,15 +17,15 @@ pub const CASES: &[Case] = &[
     Case {
         name: "zero-normals",
         hazard: "a normal of length 0 has no direction",
-        checks: "pixels that differ from the mesh with whole normals; all of them unless the loader names the mesh",
+        checks: "pixels that differ from those of an undamaged mesh; it fails if the loader does not name the mesh",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
         run: |bench| mended(bench, |mesh| mesh.normals.fill(Vec3::ZERO)),
     },
     Case {
         name: "nan-normals",
-        hazard: "a normal that is no number",
-        checks: "as zero-normals, for NaN and infinity",
+        hazard: "a normal is NaN or infinite",
+        checks: "the same as zero-normals",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
         run: |bench| {
@@ -38,7 +38,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "degenerate-triangles",
-        hazard: "a triangle without an area has no normal",
+        hazard: "a triangle without area has no normal",
         checks: "pixels that change when points and lines are added as triangles",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
@@ -46,24 +46,24 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "zero-tangents",
-        hazard: "a tangent of length 0 under a normal map",
-        checks: "a mirror with a flat normal map in a white world cannot be seen",
-        unit: "radiance, of 1",
+        hazard: "a surface with a normal map has tangents of length 0",
+        checks: "a mirror with a flat normal map in a white world: distance from white",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(2e-3),
         run: zero_tangents,
     },
     Case {
         name: "turned-normal-map",
         hazard: "a normal map turns the normal away from the viewer",
-        checks: "what a white metal under such a map returns of a white world",
-        unit: "radiance, of 1",
+        checks: "the most that a white metal with such a map reflects of a white world",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(1.02),
         run: turned_normal_map,
     },
     Case {
         name: "bad-positions",
-        hazard: "a vertex that is nowhere, an index beyond the last vertex",
-        checks: "files accepted, or refused without the mesh's name",
+        hazard: "a position is not finite, or an index is beyond the last vertex",
+        checks: "files that are accepted, or refused without the mesh's name",
         unit: "files",
         bound: Bound::AtMost(0.0),
         run: bad_positions,
@@ -74,8 +74,8 @@ fn view() -> View {
     look(DVec3::new(0.1, 0.5, 0.9), DVec3::ZERO)
 }
 
-/// A sky that shows where reflections go would need a file; here the shape's own pixels tell: roughness 0.3 has noise
-/// of its own in every pixel, so that equal pixels mean equal surfaces.
+/// Compares a square that `harm` has damaged with an undamaged one. With roughness 0.3 the noise of every pixel depends
+/// on its surface, so equal pixels mean equal surfaces.
 fn mended(bench: &mut Bench, harm: impl Fn(&mut Square)) -> Result<Worst, RenderError> {
     let mut harmed = Square::new(0.3);
     harm(&mut harmed);
@@ -119,7 +119,7 @@ fn zero_tangents(bench: &mut Bench) -> Result<Worst, RenderError> {
 
 fn turned_normal_map(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
-    // Backwards, sideways both ways, without a length: 127.5 would be 0.
+    // The normals are backwards, sideways in both directions, and nearly without length. A byte of 127.5 would be 0.
     let maps: [[u8; 4]; 4] = [[128, 128, 0, 255], [255, 128, 128, 255], [0, 128, 127, 255], [127, 128, 127, 255]];
     for roughness in [0.0, 0.1, 0.6] {
         let square = Square { normal_map: maps.concat(), ..Square::new(roughness) };

@@ -1,7 +1,9 @@
-//! Numerical stability: every known hazard as a case with a scene made in code, a measured value and its bound; and
-//! sweeps that show how errors grow towards the extremes.
+//! Checks of numerical stability. Every known hazard is a case: a scene that is made in code, a value that is measured,
+//! and its bound. Sweeps show how errors grow towards the extremes.
 //!
-//! A case is declared data ([`Case`]); one file a family. `cyclopean stress` runs them all.
+//! Cases are data ([`Case`]), with one file for each family. `cyclopean stress` runs them on a device, and an
+//! [`Outcome`] or an [`Along`] comes out of each. docs/stress.md describes them. The tests of the renderer use the
+//! [`shapes`] too.
 
 mod ambient;
 mod bench;
@@ -26,7 +28,7 @@ pub use case::{Bound, Case, Outcome, Worst, run};
 pub use lobe::albedo;
 pub use sweep::{Along, Row, SWEEPS, Sweep, run as run_sweep};
 
-/// Every case, family after family.
+/// All cases, family after family.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     [
         poor::CASES,

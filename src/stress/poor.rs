@@ -1,4 +1,4 @@
-//! Scenes with almost nothing in them: each gives a picture.
+//! Cases of scenes with almost nothing in them. Each must give the right picture.
 
 use std::sync::Arc;
 
@@ -15,32 +15,32 @@ use super::shapes::{glowing, look, material, place, plane, primitive, scene, set
 pub const CASES: &[Case] = &[
     Case {
         name: "empty-scene",
-        hazard: "nothing to draw",
-        checks: "a scene without a triangle shows its environment",
-        unit: "radiance, of 0.25",
+        hazard: "there is nothing to draw",
+        checks: "a scene without triangles: distance from its environment",
+        unit: "radiance, where 0.25 is right",
         bound: Bound::AtMost(0.0),
         run: empty,
     },
     Case {
         name: "no-light",
-        hazard: "nothing shines",
-        checks: "a mirror in the dark is black",
+        hazard: "there is no light",
+        checks: "a mirror in the dark: the most light in the picture",
         unit: "radiance",
         bound: Bound::AtMost(0.0),
         run: dark,
     },
     Case {
         name: "one-triangle",
-        hazard: "a hierarchy of one leaf",
-        checks: "a single mirror triangle in a white world cannot be seen",
-        unit: "radiance, of 1",
-        // The albedo table is fp16 and read bilinearly.
+        hazard: "the hierarchy has a single leaf",
+        checks: "a single mirror triangle in a white world: distance from white",
+        unit: "radiance, where 1 is white",
+        // The table of albedos is fp16 and is read with bilinear filtering.
         bound: Bound::AtMost(2e-3),
         run: one_triangle,
     },
     Case {
         name: "singular-placement",
-        hazard: "an instance scaled to nothing or to a plane has no inverse",
+        hazard: "an instance that is scaled to a point or to a plane has no inverse",
         checks: "pixels that change when instances of zero size are added",
         unit: "pixels",
         bound: Bound::AtMost(0.0),
@@ -48,8 +48,8 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "light-in-a-surface",
-        hazard: "1/d² at distance 0",
-        checks: "a point light on a floor and one in the eye: values beyond fp16 after clamping",
+        hazard: "1/d² is infinite at distance 0",
+        checks: "point lights on a floor and in the eye: the most light in the picture after clamping to fp16",
         unit: "radiance",
         bound: Bound::AtMost(2.0 * 65504.0),
         run: light_in_a_surface,

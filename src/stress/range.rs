@@ -1,4 +1,4 @@
-//! The range of radiance: beyond fp16, next to nothing, and both at once.
+//! Cases of the range of radiance: beyond fp16, very small, and both at once.
 
 use std::sync::Arc;
 
@@ -15,40 +15,40 @@ use super::shapes::{constant_environment, look, material, plane, scene, settings
 pub const CASES: &[Case] = &[
     Case {
         name: "fp16-overflow",
-        hazard: "fp16 ends at 65504",
-        checks: "emitters, lights and environments of 1e5 to 3e38: the most that a picture holds",
+        hazard: "radiance is beyond 65504, where fp16 ends",
+        checks: "emitters, lights and environments of 1e5 to 3e38: the most light in a picture",
         unit: "radiance",
-        // Direct light and reflection, each up to 65504.
+        // Direct light and reflection are each at most 65504.
         bound: Bound::AtMost(2.0 * 65504.0),
         run: overflow,
     },
     Case {
         name: "fp16-overflow-counted",
-        hazard: "light cut off in silence",
-        checks: "the same pictures: the fewest values counted as clamped",
+        hazard: "light is clamped without being counted",
+        checks: "the same emitters and lights: the least number of values that were counted as clamped",
         unit: "values",
         bound: Bound::AtLeast(1.0),
         run: counted,
     },
     Case {
         name: "dim-light",
-        hazard: "fp16 has no number below 6e-8",
-        checks: "everything 1e-3 as bright: pixels that change by more than 2 % besides",
+        hazard: "fp16 has no numbers below 6e-8",
+        checks: "everything 1e-3 times as bright: pixels that differ by more than 2 % from that",
         unit: "% of the pixels",
         bound: Bound::AtMost(1.0),
         run: dim,
     },
     Case {
         name: "stiff-contrast",
-        hazard: "one stripe 1e5 as bright as the next",
-        checks: "bias of the mean reflection at 16 rays against the reference at 256, all in view",
-        unit: "of the reference",
+        hazard: "one stripe is 1e5 times as bright as the next",
+        checks: "bias of the mean reflection with 16 rays against the reference with 256, all of it in view",
+        unit: "relative to the reference",
         bound: Bound::AtMost(0.05),
         run: stiff,
     },
 ];
 
-/// Stripes beyond fp16; a light; a sky.
+/// Scenes with stripes or lights beyond fp16, with their labels.
 fn too_bright() -> Vec<(String, Arc<crate::scene::Scene>)> {
     let view = || look(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut out = Vec::new();
@@ -96,7 +96,8 @@ fn dim(bench: &mut Bench) -> Result<Worst, RenderError> {
     let (bright, dim) = (Arc::new(bright), Arc::new(dim));
     let mut worst = Worst::largest();
     for method in METHODS {
-        // Bright taps are bounded where a display would show them: at another exposure, others are.
+        // The bound of bright taps is left out. It depends on what a display shows, so at another brightness it would
+        // bound other taps.
         let unbounded = Settings { firefly: Some(Firefly::None), ..settings(48, 32) };
         let a = bench.render("bright", &bright, method, &unbounded)?;
         let b = bench.render("dim", &dim, method, &unbounded)?;
@@ -108,7 +109,7 @@ fn dim(bench: &mut Bench) -> Result<Worst, RenderError> {
 }
 
 fn stiff(bench: &mut Bench) -> Result<Worst, RenderError> {
-    // The dim stripes at 1e-3 of their light, so that the bright ones stay within fp16.
+    // The dim stripes get 1e-3 of their light, so that the bright ones stay within fp16.
     let mut contrast = stripes(0.35, 100.0);
     for m in contrast.materials.iter_mut().filter(|m| m.emissive.x < 1.0) {
         m.emissive *= 1e-3;
@@ -117,7 +118,8 @@ fn stiff(bench: &mut Bench) -> Result<Worst, RenderError> {
     let reference = bench.render("stiff", &contrast, "path-traced@256", &settings(96, 64))?;
     let mut worst = Worst::largest();
     for method in ["sssr@16", "stereo@16"] {
-        // The bound of bright taps takes what it takes (docs/rendering.md); this is about the arithmetic.
+        // The bound of bright taps is left out, because it is biased on purpose (docs/rendering.md). This case is about
+        // the arithmetic.
         let unbounded = Settings { firefly: Some(Firefly::None), ..settings(96, 64) };
         let shot = bench.render("stiff", &contrast, method, &unbounded)?;
         worst.see(relative_bias(&shot.reflection, &reference.reflection).abs(), method);

@@ -1,4 +1,5 @@
-//! Rays in awkward directions: along the surface, along an axis of the screen or of the view, towards the eye.
+//! Cases of rays in awkward directions: along the surface, along an axis of the screen or of the view, and towards the
+//! eye.
 
 use std::sync::Arc;
 
@@ -15,65 +16,66 @@ use super::shapes::{glowing, look, material, place, plane, scene, settings, upri
 pub const CASES: &[Case] = &[
     Case {
         name: "grazing-self-hit",
-        hazard: "a ray meets the surface it starts on",
-        checks: "a lone floor seen from 30° down to 0.05°: rays of the reference that hit something",
+        hazard: "a ray hits the surface that it starts on",
+        checks: "a lone floor, seen at 30° to 0.05°: rays of the reference that hit something",
         unit: "% of the rays",
         bound: Bound::AtMost(0.0),
         run: |bench| self_hits(bench, &["path-traced@4"]),
     },
     Case {
         name: "grazing-self-hit-on-screen",
-        hazard: "a ray meets the pixels next to its own",
-        checks: "as grazing-self-hit, for screen space: rays that hit something or went behind it",
+        hazard: "a ray hits the pixels next to its own",
+        checks: "the same as grazing-self-hit, for screen space: rays that hit something or went behind it",
         unit: "% of the rays",
-        // A pixel's depth is a step; a ray that stays within a pixel's rise of the floor may meet the next one.
+        // The depth of a pixel is a step. A ray that rises by less than such a step may hit the next pixel.
         bound: Bound::AtMost(0.5),
         run: |bench| self_hits(bench, &["sssr", "stereo", "sssr-thickness"]),
     },
     Case {
         name: "grazing-view",
-        hazard: "n·v near 0",
-        checks: "the most that a floor seen at 0.05° to 1° returns of a white world, roughness 0 to 1",
-        unit: "radiance, of 1",
+        hazard: "n·v is near 0",
+        checks: "the most that a floor, seen at 0.05° to 1°, reflects of a white world, roughness 0 to 1",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(1.02),
         run: grazing,
     },
     Case {
         name: "ray-along-screen-axis",
-        hazard: "1/0 in the march",
-        checks: "a mirror that sends the middle ray along x, and one along y: pixels that differ from the reference",
+        hazard: "the march through the view divides by 0",
+        checks: "mirrors that reflect the middle ray along x and along y: pixels that differ from the reference",
         unit: "% of the pixels",
         bound: Bound::AtMost(2.0),
         run: along_screen_axes,
     },
     Case {
         name: "ray-along-view-axis",
-        hazard: "a ray shorter than a pixel",
-        checks: "a mirror held before the eyes, a wall behind them: rays that claim to know what no view shows",
+        hazard: "a ray is shorter than a pixel on the screen",
+        checks: "a mirror before the eyes and a wall behind them: rays with an answer, although no view has one",
         unit: "% of the rays",
         bound: Bound::AtMost(0.0),
         run: along_view_axis,
     },
     Case {
         name: "ray-through-near-plane",
-        hazard: "w changes its sign",
-        checks: "a mirror that shows a floor before, beside and behind the eyes: known pixels that differ from the reference",
+        hazard: "w changes its sign along a ray",
+        checks: "a mirror that shows a floor all around the eyes: known pixels that differ from the reference",
         unit: "% of the pixels",
         bound: Bound::AtMost(2.0),
         run: through_near_plane,
     },
     Case {
         name: "near-plane-cuts-a-surface",
-        hazard: "triangles that cross the near plane",
-        checks: "a mirror floor through the eyes' near plane in a white world cannot be seen",
+        hazard: "triangles cross the near plane",
+        checks: "a mirror floor that crosses the near plane in a white world: pixels that differ from white",
         unit: "% of the pixels",
-        // A floor whose far edge is seen edge-on to a 256th of a pixel has no side: a part of that row may be black.
+        // The far edge of the floor is seen edge-on to within a 256th of a pixel. There neither side of the floor is
+        // seen, and a part of that row of pixels may be black.
         bound: Bound::AtMost(1.0),
         run: cut_by_near_plane,
     },
 ];
 
-/// A floor of 20 m in a white world, seen at so many degrees.
+/// A floor of 20 m in a white world, seen at this angle above it.
 fn floor(roughness: f32, degrees: f64) -> Scene {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let view = View { vertical_fov_rad: 0.02, ..look(DVec3::new(0.0, sin, cos) * 2.0, DVec3::ZERO) };
@@ -114,12 +116,12 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// A mirror in the middle that sends the view's axis to `towards`, where a wall of two colours is.
+/// A mirror in the middle that reflects the view's axis towards `towards`, where there is a wall of two colours.
 fn corner(towards: DVec3) -> Arc<Scene> {
     let half = (DVec3::Z + towards).normalize();
     let turn = DQuat::from_rotation_arc(DVec3::Y, half);
     let mut parts = vec![(plane(2), material(0.0), place([0.5, 1.0, 0.5], turn, [0.0; 3]))];
-    // Its face towards the mirror; its far half another colour, so that depth along the wall counts too.
+    // The wall faces the mirror. Its two halves have different colours, so that an error of depth along it shows too.
     let facing = DQuat::from_rotation_arc(DVec3::Y, -towards);
     for (z, color) in [(-1.0, Vec3::new(0.2, 0.9, 0.3)), (1.0, Vec3::new(0.9, 0.5, 0.1))] {
         let at = towards + DVec3::new(0.0, 0.0, z);
@@ -133,7 +135,7 @@ fn along_screen_axes(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for (name, towards) in [("+x", DVec3::X), ("-x", DVec3::NEG_X), ("+y", DVec3::Y), ("-y", DVec3::NEG_Y)] {
         let corner = corner(towards);
-        // Odd, so that the middle pixel's ray lies in the axis.
+        // The size is odd, so that the ray of the middle pixel is along the axis.
         let reference = bench.render(name, &corner, "path-traced@1", &settings(97, 97))?;
         for method in ["sssr", "stereo", "sssr-thickness"] {
             let shot = bench.render(name, &corner, method, &settings(97, 97))?;
@@ -171,7 +173,7 @@ fn through_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
             place([20.0, 1.0, 0.5], DQuat::IDENTITY, [0.0, 0.0, 0.5 * f64::from(i) - 2.0]),
         ));
     }
-    // Tipped forward: its rays come down before, beside and behind the viewer.
+    // A mirror that is tipped forward reflects rays down to the floor in front of, beside and behind the viewer.
     let tipped = DQuat::from_rotation_x(1.25);
     let mut worst = Worst::largest();
     for turn in [upright(), tipped] {
@@ -188,7 +190,7 @@ fn through_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// The picture with the reference's pixels where nothing is known.
+/// The picture, with the reference's pixels where the reflection is unknown.
 fn known(shot: &Shot, reference: &Shot) -> crate::picture::StereoPicture {
     let mut out = shot.linear.clone();
     for eye in 0..2 {

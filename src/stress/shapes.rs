@@ -1,4 +1,5 @@
-//! Small scenes in code: shapes, materials and views of which the answer is known.
+//! Small scenes that are made in code: shapes, materials and views whose right picture is known. The cases, the sweeps
+//! and tests of the renderer call it.
 
 use std::sync::Arc;
 
@@ -7,12 +8,12 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, Vec4};
 use crate::render::Settings;
 use crate::scene::{Alpha, Environment, Equirect, Fallback, Instance, Material, Primitive, Scene, View};
 
-/// Small, without the border's fade.
+/// The default settings with this size, without the fade at the border.
 pub fn settings(width: u32, height: u32) -> Settings {
     Settings { width, height, edge_fade: 0.0, ..Settings::default() }
 }
 
-/// A perfect white metal.
+/// A white metal that absorbs nothing.
 pub fn material(roughness: f32) -> Material {
     Material {
         name: "metal".to_owned(),
@@ -33,13 +34,13 @@ pub fn material(roughness: f32) -> Material {
     }
 }
 
-/// Light of its own, no reflection.
+/// A material that emits light and reflects none.
 pub fn glowing(color: Vec3) -> Material {
     let black = Vec4::new(0.0, 0.0, 0.0, 1.0);
     Material { emissive: color, base_color: black, metallic: 0.0, dielectric_f0: Vec3::ZERO, ..material(1.0) }
 }
 
-/// A grid of `n`×`n` quads over the unit square of the xz plane about the origin, facing +Y.
+/// A unit square in the xz plane, centred on the origin, that faces +Y. It has `n`×`n` quads.
 pub fn plane(n: u32) -> Primitive {
     let side = n + 1;
     let at = |i: u32| i as f32 / n as f32 - 0.5;
@@ -56,7 +57,7 @@ pub fn plane(n: u32) -> Primitive {
     Primitive { uv0: uv, ..primitive(positions, vec![Vec3::Y; grid.len()], indices, false) }
 }
 
-/// The unit sphere.
+/// The unit sphere, with this number of rings.
 pub fn sphere(rings: u32) -> Primitive {
     let segments = 2 * rings;
     let mut positions = Vec::new();
@@ -94,13 +95,13 @@ pub fn primitive(positions: Vec<Vec3>, normals: Vec<Vec3>, indices: Vec<u32>, cl
     }
 }
 
-/// The same radiance from everywhere.
+/// An environment with the same radiance from all directions.
 pub fn constant_environment(radiance: f32) -> Environment {
     let map = Equirect { width: 4, height: 2, texels: vec![[radiance; 3]; 8] };
     Environment { radiance: map.clone(), irradiance: map.clone(), specular: vec![map.clone(), map] }
 }
 
-/// Primitives with materials and places, under a constant environment, seen by one view.
+/// A scene of primitives with their materials and places, in a constant environment, with one view.
 pub fn scene(parts: Vec<(Primitive, Material, DAffine3)>, radiance: f32, view: View) -> Scene {
     let (mut primitives, mut materials, mut instances) = (Vec::new(), Vec::new(), Vec::new());
     for (mut primitive, material, place) in parts {
@@ -133,7 +134,7 @@ pub fn scene(parts: Vec<(Primitive, Material, DAffine3)>, radiance: f32, view: V
     }
 }
 
-/// A view from a place towards another; neither straight up nor down.
+/// A view from one place towards another. It must be neither straight up nor straight down.
 pub fn look(from: DVec3, to: DVec3) -> View {
     let back = (from - to).normalize();
     let right = DVec3::Y.cross(back).normalize();
@@ -149,24 +150,24 @@ pub fn look(from: DVec3, to: DVec3) -> View {
     }
 }
 
-/// Scaled, then turned, then moved.
+/// A placement that scales, then turns, then moves.
 pub fn place(scale: [f64; 3], turn: DQuat, at: [f64; 3]) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(scale.into(), turn, at.into())
 }
 
-/// Turns +Y to +Z.
+/// The rotation that turns +Y to +Z.
 pub fn upright() -> DQuat {
     DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2)
 }
 
-/// A sphere of white metal in a white world: what it gives back is its lobe's albedo.
+/// A sphere of white metal in a white world. What it reflects is the albedo of its lobe.
 pub fn furnace(roughness: f32) -> Scene {
     let view = look(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO);
     scene(vec![(sphere(32), material(roughness), DAffine3::IDENTITY)], 1.0, view)
 }
 
-/// A floor before a wall of glowing stripes: all that the floor reflects is on the screen. `bright` times as much light
-/// comes from every second stripe.
+/// A floor in front of a wall of glowing stripes. Everything that the floor reflects is on the screen. The light of
+/// every second stripe is multiplied by `bright`.
 pub fn stripes(roughness: f32, bright: f32) -> Scene {
     let floor = place([3.0, 1.0, 1.0], DQuat::IDENTITY, [0.0, 0.0, -1.2]);
     let mut parts = vec![(plane(4), material(roughness), floor)];
@@ -181,7 +182,7 @@ pub fn stripes(roughness: f32, bright: f32) -> Scene {
     scene(parts, 0.0, look(DVec3::new(0.0, 0.8, 1.5), DVec3::new(0.0, 0.8, -2.0)))
 }
 
-/// A glossy floor, a wall of upright stripes, a column: the other eye sees part of what one eye misses.
+/// A glossy floor, a wall of upright stripes and a column. The other eye sees a part of what one eye does not see.
 pub fn hall(roughness: f32, ipd_m: f64) -> Scene {
     let floor = place([4.0, 1.0, 3.0], DQuat::IDENTITY, [0.0, 0.0, -1.5]);
     let mut parts = vec![(plane(4), material(roughness), floor)];
@@ -195,7 +196,7 @@ pub fn hall(roughness: f32, ipd_m: f64) -> Scene {
     scene(parts, 0.0, View { ipd_m, ..view })
 }
 
-/// Everything larger or smaller, the viewer too: the picture stays.
+/// The scene with everything larger or smaller, including the viewer. The picture must stay the same.
 pub fn scaled(scene: &Scene, factor: f64) -> Arc<Scene> {
     let mut out = scene.clone();
     for instance in &mut out.instances {
@@ -210,7 +211,7 @@ pub fn scaled(scene: &Scene, factor: f64) -> Arc<Scene> {
     Arc::new(out)
 }
 
-/// Everything elsewhere, the viewer too: the picture stays.
+/// The scene with everything moved, including the viewer. The picture must stay the same.
 pub fn moved(scene: &Scene, by: DVec3) -> Arc<Scene> {
     let mut out = scene.clone();
     for instance in &mut out.instances {
@@ -222,7 +223,7 @@ pub fn moved(scene: &Scene, by: DVec3) -> Arc<Scene> {
     Arc::new(out)
 }
 
-/// Everything turned about the origin, the viewer too: the picture stays.
+/// The scene with everything turned about the origin, including the viewer. The picture must stay the same.
 pub fn turned(scene: &Scene, by: DQuat) -> Arc<Scene> {
     let mut out = scene.clone();
     for instance in &mut out.instances {

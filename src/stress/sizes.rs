@@ -1,4 +1,5 @@
-//! Pictures of odd sizes and wide views: the depth pyramid's padding, groups that stick out, rays next to the border.
+//! Cases of pictures of odd sizes and of wide views: the padding of the depth pyramid, workgroups that reach beyond the
+//! picture, and rays next to its border.
 
 use std::sync::Arc;
 
@@ -15,33 +16,33 @@ use super::shapes::{furnace, hall, look, material, plane, scene, settings, strip
 pub const CASES: &[Case] = &[
     Case {
         name: "odd-sizes",
-        hazard: "a picture smaller than a cell of the pyramid, or not a whole number of them",
-        checks: "sizes from 1×1 to 127×65: a mirror floor in a white world cannot be seen",
-        unit: "radiance, of 1",
+        hazard: "a picture is smaller than a cell of the pyramid, or not a whole number of cells",
+        checks: "a mirror floor in a white world, sizes from 1×1 to 127×65: distance from white",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(2e-3),
         run: mirror,
     },
     Case {
         name: "odd-sizes-against-reference",
-        hazard: "a pyramid that loses its last row or column",
-        checks: "63×47, 65×64 and 127×83: squared error against the reference over that of the next even size, 16 rays",
+        hazard: "the pyramid loses its last row or column",
+        checks: "63×47, 65×64 and 127×83 with 16 rays: squared error against the reference over that at an even size",
         unit: "ratio",
         bound: Bound::AtMost(1.3),
         run: against_reference,
     },
     Case {
         name: "one-pixel-lines",
-        hazard: "a picture one pixel wide or high has no neighbours",
-        checks: "1×64 and 64×1 in the hall: the most that a pixel holds",
+        hazard: "pixels have no neighbours in a picture that is one pixel wide or high",
+        checks: "a hall in 1×64, 64×1 and 1×1 pixels: the most light in a pixel",
         unit: "radiance",
         bound: Bound::AtMost(2.0),
         run: lines,
     },
     Case {
         name: "wide-view",
-        hazard: "tan of half the view grows without bound",
-        checks: "a view of 170° and one of 0.01°: the most that a mirror ball returns of a white world",
-        unit: "radiance, of 1",
+        hazard: "the tangent of half the view grows without bound",
+        checks: "views of 170° and of 0.01°: the most that a polished ball reflects of a white world",
+        unit: "radiance, where 1 is white",
         bound: Bound::AtMost(1.02),
         run: wide,
     },
@@ -72,8 +73,8 @@ fn against_reference(bench: &mut Bench) -> Result<Worst, RenderError> {
         Ok(relative_squared_error(&shot.reflection, &reference.reflection))
     };
     for (odd, even) in [((63, 47), (64, 48)), ((65, 64), (64, 64)), ((127, 83), (128, 84))] {
-        // The published estimator errs alike at all sizes; the default's error is so small that a few pixels at the border,
-        // whose rays leave the view, decide it.
+        // The published estimator has about the same error at all sizes. The error of the default one is so small that
+        // it depends on a few pixels at the border, whose rays leave the view.
         for method in ["sssr-ratio@16", "stereo-ratio@16"] {
             let (a, b) = (error(odd, method)?, error(even, method)?);
             worst.see(a / b, format!("{}x{}, {method}: {a:.4} and {b:.4}", odd.0, odd.1));

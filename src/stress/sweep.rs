@@ -1,4 +1,5 @@
-//! How errors behave towards the extremes: one parameter is swept, everything else stays.
+//! Sweeps: how errors grow towards the extremes of one parameter, while everything else stays. A [`Sweep`] goes into
+//! [`run`] and an [`Along`] comes out. The command `stress` calls it.
 
 use std::sync::Arc;
 
@@ -12,37 +13,37 @@ use super::case::Bound;
 use super::measure::{relative_bias, relative_mse, relative_squared_error};
 use super::shapes::{hall, moved, scaled, settings, stripes};
 
-/// A parameter and the scene it changes.
+/// A parameter, and the scene that it changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Sweep {
     pub name: &'static str,
     pub about: &'static str,
-    /// Of the values.
+    /// The unit of the values.
     pub unit: &'static str,
     pub values: &'static [f64],
     pub scene: fn(f64) -> Arc<Scene>,
-    /// On the relative squared error of every method at every value.
+    /// The bound of the relative squared error of every method at every value.
     pub bound: Bound,
 }
 
-/// What is compared with the reference.
+/// The methods that are compared with the reference.
 const COMPARED: [&str; 2] = ["sssr@4", "stereo@4"];
 const REFERENCE: &str = "path-traced@128";
 
-/// Every sweep.
+/// All sweeps.
 pub const SWEEPS: &[Sweep] = &[
     Sweep {
         name: "roughness",
-        about: "a floor that reflects stripes; all in view as long as the lobe is narrow",
+        about: "a floor that reflects stripes, which are all in view as long as the lobe is narrow",
         unit: "perceptual roughness",
         values: &[0.02, 0.05, 0.1, 0.2, 0.4, 0.8],
         scene: |r| Arc::new(stripes(r as f32, 1.0)),
-        // At 0.8 half of the rays leave the view, and black stands in for them.
+        // At 0.8 half of the rays leave the view, and black is used for them.
         bound: Bound::AtMost(2.5),
     },
     Sweep {
         name: "contrast",
-        about: "the same, every second stripe so many times as bright as the others",
+        about: "a floor that reflects stripes, of which every second one is so many times as bright as the others",
         unit: "ratio",
         values: &[1.0, 10.0, 1e3, 1e5],
         scene: contrast,
@@ -50,7 +51,7 @@ pub const SWEEPS: &[Sweep] = &[
     },
     Sweep {
         name: "ipd",
-        about: "a hall with a column: what one eye misses the other may see",
+        about: "a hall with a column, in which one eye may see what the other does not",
         unit: "m",
         values: &[0.0, 0.03, 0.064, 0.2],
         scene: |ipd_m| Arc::new(hall(0.2, ipd_m)),
@@ -74,7 +75,8 @@ pub const SWEEPS: &[Sweep] = &[
     },
 ];
 
-/// Bright ones at 1000 at most, the others darker, so that fp16 holds both.
+/// Stripes with this contrast. The bright ones are multiplied by 1000 at most and the others are made darker, so that
+/// fp16 can hold both.
 fn contrast(ratio: f64) -> Arc<Scene> {
     let bright = ratio.min(1e3) as f32;
     let mut scene = stripes(0.35, bright);
@@ -85,22 +87,22 @@ fn contrast(ratio: f64) -> Arc<Scene> {
     Arc::new(scene)
 }
 
-/// A method at a value.
+/// The results of a method at one value.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Row {
     pub value: f64,
     pub method: &'static str,
     /// Σ(x − y)²/Σ(y − ȳ)² of the reflection against the reference.
     pub relative_squared_error: f64,
-    /// Mean of (x − y)²/(y² + ε), ε = (mean y/100)²: dark places count as much as bright ones.
+    /// The mean of (x − y)²/(y² + ε) with ε = (mean y/100)². Dark places count as much as bright ones.
     pub relative_mse: f64,
     /// Σx/Σy − 1.
     pub relative_bias: f64,
-    /// Rays without an answer.
+    /// The per cent of the rays that have no answer.
     pub unknown_percent: f64,
 }
 
-/// A sweep that was run.
+/// The results of a sweep.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Along {
     pub name: &'static str,
@@ -108,14 +110,14 @@ pub struct Along {
     pub unit: &'static str,
     pub reference: &'static str,
     pub rows: Vec<Row>,
-    /// Largest relative squared error, largest |bias|.
+    /// The largest relative squared error, then the largest |bias|.
     pub worst_error: f64,
     pub worst_bias: f64,
     pub bound: Bound,
     pub passed: bool,
 }
 
-/// Runs a sweep; its pictures stay on the bench.
+/// Runs a sweep. Its pictures stay on the bench.
 ///
 /// # Errors
 /// When a Vulkan call fails, or on Ctrl-C.

@@ -1,4 +1,5 @@
-//! Histories: what is kept from earlier frames when the head jumps, the eyes change, light moves, or nothing ends.
+//! Cases of the history of earlier frames: when there is none, when the head jumps or the eyes change, when light
+//! moves, and after very many frames.
 
 use std::sync::Arc;
 
@@ -18,43 +19,43 @@ use super::shapes::{glowing, hall, look, material, place, plane, scene, settings
 pub const CASES: &[Case] = &[
     Case {
         name: "history-first-frame",
-        hazard: "a history where there is none: the first frame, after forgetting, and after a change of size",
-        checks: "values that differ by more than 0.2 % from those of the method without history: the rounding of its images",
-        unit: "% of the values",
+        hazard: "a history is used where there is none: first frame, after forgetting, after a change of size",
+        checks: "pixels that differ from the method without history by more than 0.2 %, the rounding of images",
+        unit: "% of the pixels",
         bound: Bound::AtMost(0.0),
         run: first_frame,
     },
     Case {
         name: "history-teleport",
-        hazard: "a stale history after a jump of the head or a change of the distance between the eyes",
-        checks: "error of the third frame after it, over that of a third frame without a past",
+        hazard: "the history is stale after a jump of the head or a change of the distance between the eyes",
+        checks: "error of the third frame after it, over that of a third frame without earlier ones",
         unit: "ratio",
         bound: Bound::AtMost(1.1),
         run: teleport,
     },
     Case {
         name: "history-moving-light",
-        hazard: "light that moves, and light that jumps: a trail of it",
-        checks: "error of the reflection of a glowing ball, over that of the method without history",
+        hazard: "light that moves or jumps leaves a trail",
+        checks: "error of the reflection of a moving, glowing ball, over that of the method without history",
         unit: "ratio",
         bound: Bound::AtMost(1.2),
         run: moving_light,
     },
     Case {
         name: "history-endless",
-        hazard: "a history that grows stale or drifts after very many frames",
-        checks: "error at rest after 1000 frames of a moving head, over that of rest alone",
+        hazard: "the history grows stale or drifts over very many frames",
+        checks: "error at rest after 1000 frames of a moving head, over that at rest without them",
         unit: "ratio",
         bound: Bound::AtMost(1.1),
         run: endless,
     },
 ];
 
-/// Each with the method that it is without history.
+/// The methods with history, each with its counterpart without one.
 const METHODS: [(&str, &str); 3] =
     [("sssr-temporal", "sssr"), ("stereo-temporal", "stereo"), ("stereo-hybrid-temporal", "stereo-hybrid")];
 const SEED: u32 = 5;
-/// Of a value: two roundings to half precision.
+/// The largest relative difference by two roundings to half precision.
 const ROUNDING: f64 = 2e-3;
 
 fn small() -> Settings {
@@ -66,7 +67,7 @@ fn prepare(bench: &mut Bench, scene: &Arc<Scene>, method: &str, settings: &Setti
     bench.prepare(scene, method, settings, &camera)
 }
 
-/// One frame from a view at a time; a value that is not finite is an error.
+/// Renders one frame from a view at a time. A value that is not finite is an error.
 fn frame(prepared: &mut Prepared, view: &View, time_s: f64, number: u32) -> Result<(), RenderError> {
     prepared.set_time(time_s)?;
     prepared.set_camera(&view.stereo_camera(small().aspect()));
@@ -75,7 +76,7 @@ fn frame(prepared: &mut Prepared, view: &View, time_s: f64, number: u32) -> Resu
     Ok(())
 }
 
-/// The reflection after these frames. The last ones have the same random numbers, however many were before them.
+/// The reflection after these frames. The last frames have the same random numbers, however many were before them.
 fn after(
     bench: &mut Bench,
     scene: &Arc<Scene>,
@@ -89,7 +90,7 @@ fn after(
     Ok(prepared.reflection()?)
 }
 
-/// What the reference says of a view at a time.
+/// The reference's reflection, from a view at a time.
 fn truth(bench: &mut Bench, scene: &Arc<Scene>, moment: &(View, f64)) -> Result<StereoPicture, RenderError> {
     after(bench, scene, "path-traced@128", std::slice::from_ref(moment))
 }
@@ -110,7 +111,7 @@ fn first_frame(bench: &mut Bench) -> Result<Worst, RenderError> {
             worst.see(percent, format!("{what}, {with}"));
             frame(&mut prepared, &view, 0.0, 1)?;
         }
-        // A window of another size begins anew.
+        // A view of another size begins without a history.
         let wide = Settings { width: 48, height: 64, ..small() };
         let (mut prepared, mut plain) = (prepare(bench, &scene, with, &wide)?, prepare(bench, &scene, without, &wide)?);
         for view in [&mut prepared, &mut plain] {
@@ -145,7 +146,7 @@ fn teleport(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// A polished floor before a dark wall, and a glowing ball between them that goes to and fro.
+/// A polished floor in front of a dark wall, and a glowing ball between them that moves to and fro.
 fn lantern() -> Scene {
     let ball = place([0.3, 0.3, 0.3], DQuat::IDENTITY, [0.0, 0.35, -1.5]);
     let parts = vec![
@@ -179,7 +180,7 @@ fn moving_light(bench: &mut Bench) -> Result<Worst, RenderError> {
     Ok(worst)
 }
 
-/// Frames of the moving head, and then at rest.
+/// The number of frames in which the head moves, and of those after that in which it rests.
 const MOVING: u32 = 1000;
 const RESTING: u32 = 32;
 
@@ -192,9 +193,9 @@ fn endless(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut error = |moving: u32| -> Result<f64, RenderError> {
         let mut prepared = prepare(bench, &scene, method, &small())?;
         for number in 0..moving + RESTING {
-            // Four loops of the head's path in a thousand frames.
+            // The head goes through its path four times in a thousand frames.
             let at = if number < moving { head_path::sway(&view, f64::from(number) / 250.0) } else { view.clone() };
-            // The numbers at rest are the same, however long the head moved.
+            // The random numbers at rest are the same, however long the head moved.
             frame(&mut prepared, &at, 0.0, number.wrapping_sub(moving))?;
         }
         Ok(relative_squared_error(&prepared.reflection()?, &truth))
