@@ -1,4 +1,5 @@
-//! The tables and figures of seed 001: ambient occlusion between the eyes.
+//! The tables and figures of seed 001, which are about ambient occlusion between the eyes. What was measured goes in,
+//! and [`Item`]s come out; `super::items` calls it.
 
 use super::Made;
 use super::item::{Cell, Drawing, Grid, Item};
@@ -12,10 +13,11 @@ use crate::render::Ao;
 
 const METHODS: [&str; 4] = ["mono", "fsa", "variant1", "variant2"];
 
-const OTHER_SCENES: &str = "The scenes are this program's own, not Market, Sponza, Sibenik and Bistro: no line has a counterpart, and \
-                            only ratios between methods can be compared.";
+const OTHER_SCENES: &str = "The scenes are this program's own, not Market, Sponza, Sibenik and Bistro: no line has a \
+                            counterpart, and only ratios between methods can be compared.";
 
-/// Which of our passes belong to a column of seed 001's Table 3: the first pass, the map, the adaptive pass.
+/// The columns of Table 3 of seed 001 (the first pass, the map, the adaptive pass), and which of our passes belong to
+/// each.
 const PASSES: [(&str, &[&str]); 6] = [
     ("initial: estimate", &["ao_pairs", "ao_obscurance", "ao_reproject"]),
     ("initial: filter", &["ao_filter", "ao_blend"]),
@@ -27,12 +29,12 @@ const PASSES: [(&str, &[&str]); 6] = [
 
 const DOES_WITHOUT: &str = "does without";
 
-/// All of them.
+/// All items of seed 001.
 pub fn items(request: &Request, made: &Made) -> Vec<Item> {
     vec![inconsistency(request, made), along(request, made), times(request, made), threshold(request, made)]
 }
 
-/// A line for each of our scenes: its cells, or why there are none.
+/// Adds lines for each of our scenes: those that `cells` makes, or one that says why there are none.
 fn lines(made: &Made, grid: &mut Grid, lead: &[&str], cells: impl Fn(&ao::AoScene) -> Vec<Vec<Cell>>) {
     for m in &made.scenes {
         let found = made.ao.as_ref().and_then(|ao| ao.scenes.iter().find(|s| s.scene == m.name));
@@ -67,7 +69,7 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
     let mut share = Grid::new("Pixels that differ visibly between the eyes, of those with a pair.", &columns);
     let mut time = Grid::new("Time over that of mono.", &columns);
     let printed = |scene: &AoScene, cells: [Option<f64>; 4], digits: usize, unit: &'static str| {
-        let why = "in its picture alone";
+        let why = "printed only in its picture";
         let head = [Cell::word(format!("{} ({})", scene.scene, scene.figure)), Cell::word(SOURCES[0])];
         head.into_iter().chain(cells.map(|v| Cell::number(v, digits, unit, why))).collect::<Vec<_>>()
     };
@@ -83,7 +85,7 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
     lines(made, &mut time, &[SOURCES[1]], |scene| {
-        let cell = |method: &str| Cell::number(of(scene, method).map(|r| r.ratio[1]), 2, "", "undefined there");
+        let cell = |method: &str| Cell::number(of(scene, method).map(|r| r.ratio[1]), 2, "", "undefined");
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
     let columns =
@@ -92,25 +94,27 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
     lines(made, &mut error, &[], |scene| {
         let fsa = ["mono", "variant1", "variant2"].map(|m| of(scene, m).and_then(|r| r.mae_fsa));
         let rays = METHODS.map(|m| of(scene, m).and_then(|r| r.mae_ray_traced));
-        vec![fsa.into_iter().chain(rays).map(|v| Cell::number(v, 5, "", "undefined there")).collect()]
+        vec![fsa.into_iter().chain(rays).map(|v| Cell::number(v, 5, "", "undefined")).collect()]
     });
     Item {
         id: "ao-figure8",
         title: "Ambient occlusion, Figures 1, 8 and 9: inconsistent pixels, time, error".to_owned(),
         publication: Publication::AmbientOcclusion,
         printed_in: "Figures 1, 8 and 9, section Experiments",
-        printed: "maps of the pixels whose eyes differ by 2 % or more, their share, and milliseconds, in six views; errors against \
-                  FSA as pictures."
+        printed: "maps of the pixels that differ between the eyes by 2 % or more, their share, and milliseconds, in \
+                  six views. Errors against FSA are shown as pictures."
             .to_owned(),
-        here: "the same shares by the publication's equation 2 and times over mono within the same round, at the first view of \
-               every scene. The errors are numbers; rays through the geometry are an oracle that the publication does not have."
-            .to_owned(),
+        here:
+            "the same shares by the publication's equation 2, and times over those of mono in the same round, at the \
+               first view of every scene. The errors are numbers. The publication has no comparison with rays through \
+               the geometry."
+                .to_owned(),
         tables: vec![share, time, error],
         differs: vec![
             OTHER_SCENES.to_owned(),
             format!("The publication: {AO_SETTING}."),
-            "FSA costs less here: of each pair only one pixel is estimated, and no neighbourhood is filtered twice. So an adaptive \
-             method has less to save."
+            "FSA takes less time here, because only one pixel of each pair is estimated and no neighbourhood is \
+             filtered twice. So an adaptive method can save less."
                 .to_owned(),
         ],
         call: call(request),
@@ -126,7 +130,7 @@ fn call(request: &Request) -> Option<String> {
 fn along(request: &Request, made: &Made) -> Item {
     let mut columns = vec!["scene", "source"];
     columns.extend(METHODS);
-    let mut share = Grid::new("Table 1: inconsistent pixels, means along a path.", &columns);
+    let mut share = Grid::new("Table 1: inconsistent pixels, as means along a path.", &columns);
     for (scene, values) in AO_TABLE_1 {
         let head = [Cell::word(scene), Cell::word(SOURCES[0])];
         share.rows.push(head.into_iter().chain(values.map(|v| Cell::Number(v, 2, " %"))).collect());
@@ -150,7 +154,7 @@ fn along(request: &Request, made: &Made) -> Item {
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
     lines(made, &mut error, &[SOURCES[1]], |scene| {
-        let cell = |m: &str| Cell::number(mean(scene.path.as_ref(), m, |a| a.mean_mae_fsa), 4, "", "undefined there");
+        let cell = |m: &str| Cell::number(mean(scene.path.as_ref(), m, |a| a.mean_mae_fsa), 4, "", "undefined");
         vec![["mono", "variant1", "variant2"].into_iter().map(cell).collect()]
     });
     Item {
@@ -158,7 +162,8 @@ fn along(request: &Request, made: &Made) -> Item {
         title: "Ambient occlusion, Tables 1 and 2 and Figure 10: along a path".to_owned(),
         publication: Publication::AmbientOcclusion,
         printed_in: "Tables 1 and 2 and Figure 10, section Experiments",
-        printed: "inconsistency and error of 100 poses along a path through Sponza and through Bistro.".to_owned(),
+        printed: "inconsistency and error at 100 poses along a path through Sponza and along one through Bistro."
+            .to_owned(),
         here: format!("{} poses of a closed path about the first view of every scene.", request.scale.ao_poses),
         tables: vec![share, error],
         drawings: drawings(made, "path", "Inconsistency and error along the path"),
@@ -194,11 +199,11 @@ fn times(request: &Request, made: &Made) -> Item {
         publication: Publication::AmbientOcclusion,
         printed_in: "Table 3, section Performance profiling",
         printed: "milliseconds of the first and of the adaptive pass in Market and Sponza.".to_owned(),
-        here: "the same of every scene, medians over the rounds. The estimate holds the search of the pairs and the reprojection, \
-               the filter the blend."
+        here: "the same for every scene, as medians over the rounds. The estimate includes the search for pairs and \
+               the reprojection, and the filter includes the blend."
             .to_owned(),
         tables: vec![grid],
-        differs: vec![OTHER_SCENES.to_owned(), "The device and the size are others: only ratios can be compared.".to_owned()],
+        differs: vec![OTHER_SCENES.to_owned(), "The device differs, so only ratios can be compared.".to_owned()],
         call: call(request),
         ..Item::default()
     }
@@ -213,9 +218,9 @@ fn threshold(request: &Request, made: &Made) -> Item {
             vec![
                 Cell::word(of.method.name()),
                 Cell::Number(100.0 * f64::from(of.threshold), 1, " %"),
-                Cell::number(Some(of.ratio[1]), 2, "", "undefined there"),
+                Cell::number(Some(of.ratio[1]), 2, "", "undefined"),
                 Cell::number(of.inconsistency.map(|s| 100.0 * s), 2, " %", "no pairs"),
-                Cell::number(of.again.map(|s| 100.0 * s), 1, " %", "undefined there"),
+                Cell::number(of.again.map(|s| 100.0 * s), 1, " %", "undefined"),
             ]
         };
         scene.thresholds.iter().map(row).collect()
@@ -225,10 +230,13 @@ fn threshold(request: &Request, made: &Made) -> Item {
         title: "Ambient occlusion, Figures 11 and 12: the threshold".to_owned(),
         publication: Publication::AmbientOcclusion,
         printed_in: "Figures 11 and 12, section Stereo consistency v.s. performance",
-        printed: "time of both variants against the threshold in Sponza, as a curve, and maps of the pixels that each threshold \
-                  marks. The text says that both variants take about as long at 1 %, and variant 1 less above it."
+        printed: "the time of both variants against the threshold in Sponza, as curves, and maps of the pixels that \
+                  each threshold marks. The text says that both variants take about as long at 1 %, and that variant 1 \
+                  takes less time above it."
             .to_owned(),
-        here: "time, inconsistency and the share of the pixels that were worked on again, at six thresholds in every scene.".to_owned(),
+        here: "the time, the inconsistency and the share of the pixels that were processed further, at six thresholds \
+               in every scene."
+            .to_owned(),
         tables: vec![grid],
         drawings: drawings(made, "threshold", "Time and inconsistency against the threshold"),
         differs: vec![OTHER_SCENES.to_owned()],

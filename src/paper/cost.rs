@@ -1,4 +1,5 @@
-//! How long the work takes on this device: what it is made of, times what a short probe measured.
+//! Estimates how long the work takes on this device. The amount of work in each piece is multiplied by speeds that a
+//! short probe has measured. A [`Request`] goes in; the command `paper` calls it and prints the result.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -14,23 +15,23 @@ use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{AoSettings, Method, Settings};
 
-/// What work is made of. Pixels are of both eyes together, in millions.
+/// An amount of work. Pixels, rays and paths are those of both eyes together, in millions.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Load {
-    /// Scenes that are loaded and made ready.
+    /// The number of scenes that are loaded and prepared.
     pub scenes: f64,
-    /// Pixels that are drawn, resolved and judged.
+    /// The pixels that are drawn, resolved and measured.
     pub frames: f64,
-    /// Rays in the views.
+    /// The rays through the views.
     pub rays: f64,
-    /// Paths, or rays, through the geometry.
+    /// The paths or rays through the geometry.
     pub paths: f64,
 }
 
-/// One scene of one comparison, or one study: what is made and kept in one go.
+/// A piece of work that is made and kept as a whole: one scene of one comparison, or one study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
-    /// `table2 room`.
+    /// Its name, such as `table2 room`.
     pub name: String,
     pub kind: Kind,
     pub load: Load,
@@ -38,14 +39,14 @@ pub struct Piece {
     pub call: String,
 }
 
-/// What a piece's load is measured in.
+/// The kind of work, which says by which speeds a load is multiplied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Reflections,
     Ambient,
 }
 
-/// Seconds that a unit of each part of a [`Load`] takes.
+/// The seconds for one unit of each part of a [`Load`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     scene: f64,
@@ -54,7 +55,7 @@ pub struct Speed {
     paths: f64,
 }
 
-/// Of both kinds of work, and the scene that they were measured in.
+/// The speeds of both kinds of work, with the scene and the device that they were measured with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speeds {
     pub scene: String,
@@ -70,7 +71,7 @@ impl Speed {
 }
 
 impl Speeds {
-    /// Seconds.
+    /// The expected seconds of a piece.
     pub fn of(&self, piece: &Piece) -> f64 {
         match piece.kind {
             Kind::Reflections => self.reflections.seconds(&piece.load),
@@ -79,21 +80,21 @@ impl Speeds {
     }
 }
 
-/// Millions of pixels of both eyes.
+/// The pixels of both eyes, in millions.
 pub fn pixels([width, height]: [u32; 2]) -> f64 {
     2.0 * f64::from(width) * f64::from(height) / 1e6
 }
 
-/// Every piece of the comparisons and of ambient occlusion, in the order in which they are made.
+/// The pieces of the comparisons and of ambient occlusion, in the order in which they are made.
 ///
 /// # Errors
-/// A method's name that is none.
+/// A name that belongs to no method.
 pub fn pieces(request: &Request) -> Result<Vec<Piece>, PaperError> {
     let mut all: Vec<Piece> = Vec::new();
     let mut referenced: Vec<String> = Vec::new();
     for comparison in request.comparisons() {
         for scene in &comparison.scenes {
-            // All comparisons of a scene share one reference, and its second seed.
+            // All comparisons of a scene share its two references.
             let is_new = !referenced.contains(scene);
             let reference = if is_new { 2.0 * f64::from(request.scale.reference_paths) } else { 0.0 };
             let load = reflections(&comparison, request.scale.size, reference)?;
@@ -115,10 +116,11 @@ pub fn pieces(request: &Request) -> Result<Vec<Piece>, PaperError> {
     Ok(all)
 }
 
-/// One scene of a comparison; `reference`: paths a pixel that have to be traced for it.
+/// The load of one scene of a comparison. `reference` is the number of paths a pixel that must be traced for
+/// references.
 fn reflections(of: &Comparison, size: [u32; 2], reference: f64) -> Result<Load, PaperError> {
     let pixels = pixels(size);
-    // A round before the first warms up; a sheet takes one more frame.
+    // One round before the first warms up, and a sheet takes one more frame.
     let rounds = f64::from(of.seeds + 1 + u32::from(of.sheets));
     let mut load = Load { scenes: if of.sheets { 2.0 } else { 1.0 }, paths: reference * pixels, ..Load::default() };
     let mut seen: Vec<Method> = Vec::new();
@@ -147,7 +149,8 @@ fn ambient(options: &AoOptions) -> Load {
     Load { scenes: 1.0, frames: frames * pixels, rays: 0.0, paths: f64::from(options.settings.ao.rays) * pixels }
 }
 
-/// The pictures of the studies: `stills` by methods of the views and `references` that are traced, in `scenes` scenes.
+/// The load of the studies' pictures: `stills` pictures by methods of the views and `references` path-traced pictures,
+/// in `scenes` scenes.
 pub fn stills(request: &Request, stills: usize, references: usize, scenes: usize) -> Load {
     let pixels = pixels(request.scale.study_size);
     let paths = f64::from(request.scale.study_paths);
@@ -159,10 +162,11 @@ pub fn stills(request: &Request, stills: usize, references: usize, scenes: usize
     }
 }
 
-/// What was measured on this device before, or a new probe of less than a minute or two, which is then kept.
+/// The speeds that were measured on this device before. If there are none, a probe of a minute or two measures them,
+/// and they are kept.
 ///
 /// # Errors
-/// The first scene cannot be compared, or the disk says no.
+/// The first scene cannot be compared, or a file cannot be written.
 pub fn speeds(gpu: &Rc<Gpu>, request: &Request, console: &Console) -> Result<Speeds, PaperError> {
     let file = request.work().join("probe.json");
     let device = format!("{} ({})", gpu.info().name, gpu.info().driver);
@@ -185,7 +189,7 @@ pub fn speeds(gpu: &Rc<Gpu>, request: &Request, console: &Console) -> Result<Spe
     Ok(found)
 }
 
-/// Small comparisons that differ in one thing each: pixels, paths, rays.
+/// Measures the speeds by small comparisons, which differ from each other in their pixels, paths or rays alone.
 fn probe(
     gpu: &Rc<Gpu>,
     request: &Request,
@@ -200,7 +204,7 @@ fn probe(
         let asked = request.options(&comparison)?;
         let settings = Settings { width: size[0], height: size[1], ..asked.settings };
         let reference = asked.reference.with_exactly(paths);
-        // Nothing is found there from an earlier one: each has a cache of its own.
+        // Each comparison has a cache of its own, so that it finds no reference of an earlier one.
         let cache = folder.join(format!("{}-{}-{paths}", size[0], spp[0]));
         let options = Options { settings, reference, cache, keep: None, networks: Default::default(), ..asked };
         let started = Instant::now();
@@ -220,7 +224,7 @@ fn probe(
         ao::scene(gpu, scene, &options, console)?;
         Ok((ambient(&options), started.elapsed().as_secs_f64()))
     };
-    // The first one also makes the pipelines, which later ones find.
+    // The first comparison also compiles the pipelines, so its time is not used.
     reflections_of(small, &[2], 4)?;
     let reflections = solve([
         reflections_of(small, &[1], 4)?,
@@ -233,8 +237,8 @@ fn probe(
     Ok((reflections, solve([one, two, two, three])))
 }
 
-/// The speed that explains four measurements: a small one, one with more pixels, and two that differ from that one in their
-/// rays and in their paths. What noise makes negative is 0.
+/// The speed that explains four measurements: a small one, one with more pixels, and two that differ from the second in
+/// their rays and in their paths. A value that noise makes negative is set to 0.
 fn solve([small, large, rays, paths]: [(Load, f64); 4]) -> Speed {
     let slope = |of: fn(&Load) -> f64, more: (Load, f64)| {
         let units = of(&more.0) - of(&large.0);
@@ -249,7 +253,7 @@ fn solve([small, large, rays, paths]: [(Load, f64); 4]) -> Speed {
     Speed { scene, frames: per_frame, rays: per_ray, paths: per_path }
 }
 
-/// `about 3 minutes`.
+/// A time in words, such as `about 3 minutes`.
 pub fn in_words(seconds: f64) -> String {
     let rounded = |n: f64| if n < 9.5 { format!("{n:.1}") } else { format!("{n:.0}") };
     match seconds {
@@ -273,7 +277,7 @@ mod tests {
         for (a, b) in [(found.scene, 2.0), (found.frames, 0.5), (found.rays, 0.25), (found.paths, 0.125)] {
             assert!((a - b).abs() < 1e-9, "{found:?}");
         }
-        // A machine whose noise is larger than the difference brings no negative time.
+        // No speed is negative, even if the noise of the machine is larger than the differences.
         let noisy = solve(loads.map(|l| (l, 5.0 - 0.01 * l.frames)));
         assert!([noisy.scene, noisy.frames, noisy.rays, noisy.paths].iter().all(|s| *s >= 0.0), "{noisy:?}");
     }
@@ -295,7 +299,7 @@ mod tests {
             edge_fade: 0.1,
             sheets: false,
         };
-        // A million pixels in both eyes together; three rounds and the one that warms up.
+        // There are a million pixels in both eyes together, and three rounds after one that warms up.
         let load = reflections(&of(&["sssr", "stereo", "path-traced@2"], &[1, 4]), [1000, 500], 64.0).expect("methods");
         assert_eq!(load, Load { scenes: 1.0, frames: 20.0, rays: 40.0, paths: 64.0 + 8.0 });
     }

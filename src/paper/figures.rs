@@ -1,4 +1,5 @@
-//! Figures 1 and 9 to 14: sheets of enlarged parts, and what is measured of what they show.
+//! Figures 1 and 9 to 14: sheets with enlarged parts, and numbers of the views that they show. What was measured goes
+//! in, and [`Item`]s come out; `super::items` calls it.
 
 use super::Made;
 use super::item::{Cell, Grid, Item, Picture};
@@ -7,14 +8,14 @@ use super::published::Publication;
 use super::tables::{OTHER_SCENES, call, comparison};
 use crate::compare::Row;
 
-/// A figure that sets methods side by side.
+/// A figure that shows methods side by side.
 struct Step {
     id: &'static str,
     title: &'static str,
     printed_in: &'static str,
     printed: &'static str,
     here: &'static str,
-    /// Beside that the scenes are others.
+    /// What differs besides the scenes.
     differs: &'static str,
 }
 
@@ -23,35 +24,37 @@ const STEPS: [Step; 4] = [
         id: "figure11",
         title: "Figure 11: the stereo-aware traversal",
         printed_in: "Figure 11, section 5.3",
-        printed: "a part of Pica where each eye's screen lacks other geometry: the traversal of both views fills in what SSSR misses.",
-        here: "sssr against the method without reprojection, both without any fade: the traversal is all that differs.",
-        differs: "The publication turns the traversal off in its full method. Here the reprojection would hide that, since it fills \
-                  the same gaps.",
+        printed: "a part of Pica in which each eye's view lacks different geometry. The traversal of both views fills \
+                  in what SSSR misses.",
+        here: "sssr against the method without reprojection, both without any fade, so that only the traversal \
+               differs.",
+        differs: "The publication turns the traversal off in its full method. Here the reprojection would hide that, \
+                  since it fills the same gaps.",
     },
     Step {
         id: "figure12",
         title: "Figure 12: the stereo-aware fade",
         printed_in: "Figure 12, section 5.3",
-        printed: "a part of Wine at the border of the views: SSSR is bright in the left eye and dark in the right one; one fade for \
-                  both eyes makes them alike.",
+        printed: "a part of Wine at the border of the views. SSSR is bright in the left eye and dark in the right one, \
+                  and a common fade makes both eyes alike.",
         here: "the method with each eye's own fade against the method.",
-        differs: "The publication sets its method against SSSR; here only the fade differs.",
+        differs: "The publication compares its method with SSSR. Here only the fade differs.",
     },
     Step {
         id: "figure13",
         title: "Figure 13: the stereo-aware reprojection",
         printed_in: "Figure 13, section 5.3",
-        printed: "a part of Pica whose noise differs between the eyes: reprojection takes the difference away.",
+        printed: "a part of Pica in which the noise differs between the eyes. Reprojection removes the difference.",
         here: "the method without reprojection against the method.",
-        differs: "One frame of each is shown; the publication shows consecutive frames in a video.",
+        differs: "One frame of each is shown here. The publication shows consecutive frames in a video.",
     },
     Step {
         id: "figure14",
         title: "Figure 14: incorrect reuse",
         printed_in: "Figure 14, section 5.3",
-        printed: "a part of Room where pairs of pixels that do not belong together were reused, and the same with the check of the \
-                  pairs.",
-        here: "the method without the check that a pair leads back against the method; its other checks stay on.",
+        printed: "a part of Room in which pixels that do not belong together were reused as pairs, and the same part \
+                  with a check of the pairs.",
+        here: "the method without the check that a pair leads back, against the method. Its other checks stay on.",
         differs: "The publication does not say which of its checks it turns off.",
     },
 ];
@@ -60,7 +63,8 @@ fn pictures(made: &Made, id: &str) -> Vec<Picture> {
     let of = made.sheets.iter().filter(|s| s.comparison == id);
     let picture = |s: &super::Sheet| Picture {
         caption: format!(
-            "{}: both eyes, enlarged parts, and where the eyes disagree, method by method, then the reference ({}).",
+            "{}: both eyes, enlarged parts, and where the eyes disagree, for each method and then for the reference \
+             ({}).",
             s.scene, s.file
         ),
         file: s.file.clone(),
@@ -69,7 +73,7 @@ fn pictures(made: &Made, id: &str) -> Vec<Picture> {
     of.map(picture).collect()
 }
 
-/// What is measured of each method of a comparison, beside its sheets.
+/// The table of numbers beside the sheets of a comparison, with a row for each method.
 fn measured(request: &Request, made: &Made, id: &str) -> Grid {
     let columns = [
         "scene",
@@ -81,9 +85,9 @@ fn measured(request: &Request, made: &Made, id: &str) -> Grid {
         "eyes > 5 %",
         "eyes > 20 %",
     ];
-    let caption = "Of the whole views, means over the rounds. RSE and 1 − SSIM are of the reflection. Of the pairs of pixels that \
-                   show one reflection to both eyes, the last columns are the shares that differ in a frame by more than 5 % and by \
-                   more than 20 % of their luminance.";
+    let caption = "Numbers of the whole views, as means over the rounds. RSE and 1 − SSIM are of the reflection. The \
+                   last two columns are shares of the pairs of pixels that show one reflection to both eyes: those \
+                   whose luminances differ in a frame by more than 5 % and by more than 20 %.";
     let mut grid = Grid::new(caption, &columns);
     let scenes = comparison(request, id).map(|c| c.scenes).unwrap_or_default();
     let meant = made.scenes.iter().filter(|m| scenes.is_empty() || scenes.contains(&m.asked));
@@ -136,15 +140,17 @@ fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
     }
 }
 
-/// Figures 1 and 9, which Table 2 belongs to.
+/// Figures 1 and 9, which are of the same comparison as Table 2.
 pub fn overview(request: &Request, made: &Made) -> Item {
     let step = Step {
         id: "figure9",
         title: "Figures 1 and 9: every scene",
         printed_in: "Figures 1 and 9, section 5.1",
-        printed: "the five scenes by Ours, with enlarged parts by SSSR, Ours and the ground truth of both eyes.",
-        here: "every scene by sssr and stereo with one ray a pixel, and the reference. The parts lie where the two differ most.",
-        differs: "The parts are found by the program, the publication's were chosen. Its pictures are not copied here.",
+        printed: "the five scenes by Ours, with enlarged parts of both eyes by SSSR, Ours and the ground truth.",
+        here: "every scene by sssr and stereo with one ray a pixel, and the reference. The parts are those in which \
+               the two differ most.",
+        differs: "The program finds the parts, and the publication's authors chose theirs. Its pictures are not copied \
+                  here.",
     };
     item(request, made, "table2", &step)
 }
@@ -155,10 +161,11 @@ pub fn equal_samples(request: &Request, made: &Made) -> Item {
         id: "figure10",
         title: "Figure 10: equal samples",
         printed_in: "Figure 10, section 5.1",
-        printed: "parts by SSSR, by SSSR with two samples a pixel and by Ours with their relative squared errors: more samples do \
-                  not resolve the inconsistency.",
+        printed: "parts by SSSR, by SSSR with two samples a pixel and by Ours, with their relative squared errors. \
+                  More samples do not resolve the inconsistency.",
         here: "sssr with one and with two rays a pixel and stereo with one. The sheets print the error of each part.",
-        differs: "The printed errors belong to parts of the publication's scenes and stand in its picture alone.",
+        differs: "The printed errors belong to parts of the publication's scenes, and are printed only inside its \
+                  picture.",
     };
     item(request, made, "figure10", &step)
 }

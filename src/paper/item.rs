@@ -1,4 +1,5 @@
-//! One table or figure of a publication, made again: what a page and `paper.json` both show.
+//! One table or figure of a publication that was made again. `tables`, `figures`, `statistics` and `ambient` make an
+//! [`Item`]; the page and `paper.json` are made of it.
 
 use cyclopean_analysis::report::Block;
 use serde::Serialize;
@@ -6,33 +7,33 @@ use serde::ser::Serializer;
 
 use super::published::Publication;
 
-/// See the module's documentation.
+/// One table or figure of a publication that was made again.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Item {
-    /// `table2`.
+    /// Its name in `paper.json`, such as `table2`.
     pub id: &'static str,
     pub title: String,
     pub publication: Publication,
-    /// Where it is printed: number and section.
+    /// Where it is printed: its number and the section.
     pub printed_in: &'static str,
-    /// What is printed there.
+    /// What is printed there, in words.
     pub printed: String,
-    /// What stands here, and how it was made.
+    /// What is shown here, and how it was made.
     pub here: String,
     pub tables: Vec<Grid>,
     pub pictures: Vec<Picture>,
     #[serde(skip)]
     pub drawings: Vec<Drawing>,
-    /// Blocks of another report, such as a study's; they are in its own JSON.
+    /// Blocks of another report, such as that of a study. In `paper.json` they are under `studies`.
     #[serde(skip)]
     pub blocks: Vec<Block>,
     /// What differs from what is printed, and why.
     pub differs: Vec<String>,
-    /// The command that makes it alone.
+    /// The command that makes only this item.
     pub call: Option<String>,
 }
 
-/// A table, ours beside the publication's.
+/// A table that shows our numbers beside the publication's.
 #[derive(Debug, Clone, Serialize)]
 pub struct Grid {
     pub caption: String,
@@ -40,11 +41,11 @@ pub struct Grid {
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// A picture on disk; the page holds its bytes.
+/// A picture in a file. The page also contains its bytes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Picture {
     pub caption: String,
-    /// Below the folder of the page.
+    /// The file's path below the folder of the page.
     pub file: String,
     #[serde(skip)]
     pub png: Vec<u8>,
@@ -57,13 +58,13 @@ pub struct Drawing {
     pub svg: String,
 }
 
-/// A cell is never empty: it has a word, a number, or the reason why it has none.
+/// A cell of a table. It is never empty: it has a word, a number, or the reason why there is no number.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     Word(String),
-    /// A value, the digits behind its point, and what stands behind it.
+    /// A value, the number of its decimals, and the unit that follows it.
     Number(f64, usize, &'static str),
-    /// The reason.
+    /// The reason why there is no number.
     None(String),
 }
 
@@ -72,7 +73,7 @@ impl Cell {
         Cell::Word(text.into())
     }
 
-    /// `value`, or why there is none.
+    /// A cell with `value`, or with the reason `why` there is none.
     pub fn number(value: Option<f64>, digits: usize, unit: &'static str, why: &str) -> Cell {
         match value.filter(|v| v.is_finite()) {
             Some(value) => Cell::Number(value, digits, unit),
@@ -88,7 +89,7 @@ impl Cell {
     }
 }
 
-/// A word as text, a number as a number, a reason as `{"none": why}`.
+/// In JSON a word is a text, a number is a number, and a reason is `{"none": why}`.
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -104,7 +105,7 @@ impl Grid {
         Grid { caption: caption.into(), columns: columns.iter().map(|c| (*c).to_owned()).collect(), rows: Vec::new() }
     }
 
-    /// What is wrong with it: a row that is longer or shorter than the head, or a cell that says nothing.
+    /// What is wrong with the table: a row that is longer or shorter than the head, or an empty cell.
     pub fn fault(&self) -> Option<String> {
         self.rows.iter().enumerate().find_map(|(i, row)| {
             let empty = row.iter().position(|cell| cell.text().trim().is_empty());
@@ -128,7 +129,7 @@ impl Grid {
 }
 
 impl Item {
-    /// As parts of the page.
+    /// The item as blocks of the page.
     pub fn blocks(&self) -> Vec<Block> {
         let mut out = vec![
             Block::Heading(1, self.title.clone()),
@@ -139,7 +140,7 @@ impl Item {
         let drawing = |d: &Drawing| Block::Drawing { caption: d.caption.clone(), svg: d.svg.clone() };
         out.extend(self.drawings.iter().map(drawing));
         out.extend(self.pictures.iter().map(|p| Block::Picture { caption: p.caption.clone(), png: p.png.clone() }));
-        // The headings of another report stand one level lower here.
+        // The headings of another report are one level lower here.
         out.extend(self.blocks.iter().map(|block| match block {
             Block::Heading(_, text) => Block::Heading(2, text.clone()),
             other => other.clone(),
@@ -149,7 +150,7 @@ impl Item {
             out.push(Block::Notes(self.differs.clone()));
         }
         if let Some(call) = &self.call {
-            let summary = "The command that makes this alone".to_owned();
+            let summary = "The command that makes only this".to_owned();
             out.push(Block::Details { summary, body: call.clone() });
         }
         out

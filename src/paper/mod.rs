@@ -1,10 +1,14 @@
-//! `cyclopean paper`: what two publications print and this program can make again, ours beside theirs, on one page.
+//! `cyclopean paper`: makes the tables and figures of two publications again, as far as this program can, and shows its
+//! own numbers beside the printed ones on one page.
+//!
+//! A [`Request`] and the analysis of the studies' sessions go in, and `paper.html` and `paper.json` come out. The
+//! command `paper` calls it.
 //!
 //! ```text
-//! plan → run (compare, compare::ao; all of it kept) → items (tables, figures) → paper.html, paper.json
-//!          sessions, analysed by the caller ────────────┘
+//! plan → run (compare, compare::ao; all of it kept) → items (tables, figures) → paper.html, paper.json sessions,
+//! analysed by the caller ────────────┘
 //! ```
-//! A page follows from what is kept alone: a folder that is finished gives the same bytes again.
+//! The page follows only from results that are kept. So a finished folder gives the same bytes again.
 
 mod ambient;
 mod cost;
@@ -59,9 +63,9 @@ pub enum PaperError {
 #[derive(Debug)]
 pub struct Meant {
     pub asked: String,
-    /// As the reports call it.
+    /// The scene's name in the reports.
     pub name: String,
-    /// What it holds, or why it cannot be loaded.
+    /// What the scene contains, or why it cannot be loaded.
     pub survey: Result<Survey, String>,
 }
 
@@ -70,7 +74,7 @@ pub struct Meant {
 pub struct Sheet {
     pub comparison: &'static str,
     pub scene: String,
-    /// Below the folder of the page.
+    /// The file's path below the folder of the page.
     pub file: String,
     pub png: Vec<u8>,
 }
@@ -79,13 +83,13 @@ pub struct Sheet {
 #[derive(Debug)]
 pub struct Made {
     pub scenes: Vec<Meant>,
-    /// By comparison; without those of a part that was left out.
+    /// The reports by comparison. There are none for a part that was left out.
     pub reports: BTreeMap<&'static str, Report>,
     pub sheets: Vec<Sheet>,
     pub ao: Option<AoReport>,
 }
 
-/// What the sessions gave, or why there are none.
+/// The analysis of the sessions, or why there is none.
 pub type Sessions = Result<ReportInput, String>;
 
 impl Made {
@@ -94,25 +98,25 @@ impl Made {
         self.reports.get(comparison)?.scenes.iter().find(|s| s.scene == scene)
     }
 
-    /// One method there.
+    /// The row of a method in a scene's part of a comparison.
     fn row(&self, comparison: &str, scene: &str, method: &str, spp: u32) -> Option<&Row> {
         self.scene(comparison, scene)?.results.iter().find(|r| (r.method.as_str(), r.spp) == (method, spp))
     }
 
-    /// Why a comparison has nothing of a scene.
+    /// Why a comparison has no number for a scene.
     fn why(&self, comparison: &str, scene: &str) -> String {
         let asked = self.scenes.iter().find(|s| s.name == scene).map_or(scene, |s| &s.asked);
         match self.reports.get(comparison) {
             None => "left out by --parts".to_owned(),
             Some(report) => match report.failed.iter().find(|f| f.scene == asked) {
                 Some(failure) => format!("failed: {}", failure.error),
-                None if report.scenes.iter().any(|s| s.scene == scene) => "undefined there".to_owned(),
+                None if report.scenes.iter().any(|s| s.scene == scene) => "undefined".to_owned(),
                 None => "not among the scenes".to_owned(),
             },
         }
     }
 
-    /// Scenes that failed, a sentence each.
+    /// The scenes that failed, with one sentence for each.
     pub fn failures(&self) -> Vec<String> {
         let reports = self.reports.iter().map(|(id, report)| (*id, &report.failed));
         let all = reports.chain(self.ao.iter().map(|ao| ("ao", &ao.failed)));
@@ -120,7 +124,7 @@ impl Made {
     }
 }
 
-/// Every table and figure, in the order of the publications.
+/// All tables and figures, in the order of the publications.
 fn items(request: &Request, made: &Made, sessions: &Sessions) -> Vec<Item> {
     let mut all = vec![tables::scenes(made)];
     all.push(figures::overview(request, made));
@@ -135,7 +139,7 @@ fn items(request: &Request, made: &Made, sessions: &Sessions) -> Vec<Item> {
     all
 }
 
-/// What stands in `paper.json`. Its keys may be parsed by others: they are added to, never renamed.
+/// The content of `paper.json`. Other programs may read its keys, so keys are added but never renamed.
 #[derive(serde::Serialize)]
 struct Paper<'a> {
     format: u32,
@@ -143,15 +147,15 @@ struct Paper<'a> {
     device: &'a DeviceInfo,
     scale: Scale,
     scenes: Vec<&'a str>,
-    /// What the sessions are where they are not people's answers.
+    /// The kind of the sessions, if they are not people's answers to the study.
     stamp: Option<&'a str>,
     items: &'a [Item],
-    /// The studies as `mos report` writes them.
+    /// The analysis of the studies, as `mos report` writes it.
     studies: Option<serde_json::Value>,
     failed: Vec<String>,
 }
 
-/// Writes `paper.html` and `paper.json` into the folder and names them.
+/// Writes `paper.html` and `paper.json` into the folder, and returns their paths.
 ///
 /// # Errors
 /// A file that cannot be written, or a table with a gap.
@@ -183,7 +187,7 @@ pub fn write(
         failed: made.failures(),
     };
     let files = ["paper.html", "paper.json"].map(|name| request.out.join(name));
-    // Where no comparison was asked for, nothing has made it yet.
+    // If no comparison was asked for, the folder does not exist yet.
     make_folder(&request.out)?;
     files::write_bytes(&files[0], page.as_bytes())?;
     files::write_bytes(&files[1], &serde_json::to_vec_pretty(&paper)?)?;
@@ -196,8 +200,8 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
     let mut notes = vec![
         format!("{} ({}, {}).", device.name, device.kind, device.driver),
         format!(
-            "Size {}: {width}×{height} pixels an eye, a reference of {} paths a pixel, {} rounds for Table 2 and {} for Table 3. \
-             The publication: {}.",
+            "Size {}: {width}×{height} pixels an eye, a reference of {} paths a pixel, {} rounds for Table 2 and {} \
+             for Table 3. The publication: {}.",
             request.scale.name,
             request.scale.reference_paths,
             request.scale.seeds[0],
@@ -205,26 +209,29 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
             published::SETTING
         ),
         format!(
-            "Scenes: {}. They are this program's own and stand for the publication's, which are not published with it: \
-             every absolute number differs for that reason alone, and only directions and ratios can be compared.",
+            "Scenes: {}. They are this program's own and stand for the publication's scenes, which are not published. \
+            For that reason alone every absolute number differs, and only directions and ratios can be compared.",
             names.join(", ")
         ),
-        "The estimator is the publication's: ratio weights of the spatial reuse, no bound on bright taps, unknown rays see black, \
-         no shadows, two bounces."
+        "The estimator is the publication's. The spatial reuse has ratio weights, bright taps are not bounded, unknown \
+         rays see black, there are no shadows, and paths have two bounces."
             .to_owned(),
-        "Not made again: Figures 2 to 8 are drawings of the method. Figure 15 shows a failure that belongs to one view of the \
-         publication's scene. Figures 16 and 17 show how the studies' pictures are laid out, which cyclopean run shows."
+        "Some figures are not made again. Figures 2 to 8 are drawings of the method. Figure 15 shows a failure that \
+         belongs to one view of the publication's scene. Figures 16 and 17 show how the studies' pictures are laid \
+         out, which cyclopean run shows."
             .to_owned(),
     ];
     if device.kind == "cpu" {
         notes.push(
-            "This is a software device. Its times say how much work a method is; they do not say what a graphics card takes."
+            "This is a software device. Its times say how much work a method does. They do not say how long a graphics \
+             card takes."
                 .to_owned(),
         );
     }
     if let Some(stamp) = stamp {
         notes.push(format!(
-            "{} data: the votes of Figures 18 and 19 are not people's answers, and their statistics say nothing about people.",
+            "{} data: the votes in Figures 18 and 19 are not people's answers, and their statistics say nothing about \
+             people.",
             stamp.to_uppercase()
         ));
     }

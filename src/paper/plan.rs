@@ -1,4 +1,6 @@
-//! What is made: comparisons over scenes, each one call of `cyclopean compare`, and how large they are.
+//! The plan of the page: which comparisons are made over which scenes, and how large they are. A [`Request`] goes in.
+//! The options of each comparison come out, and the call of `cyclopean compare` that makes it alone. `run` and `cost`
+//! call it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,60 +12,60 @@ use crate::render::method::UnknownMethod;
 use crate::render::{Ao, AoSettings, Method, Reuse, Settings};
 use crate::scene::{Fallback, Shelf};
 
-/// Everything asked of the paper.
+/// Everything that the page is asked for.
 #[derive(Debug, Clone)]
 pub struct Request {
-    /// What is made goes here, and what is kept into its folder `work`.
+    /// The folder of the page. What is kept between runs goes into its folder `work`.
     pub out: PathBuf,
-    /// Where references are kept.
+    /// The folder in which references are kept.
     pub cache: PathBuf,
-    /// In the order of the tables.
+    /// The scenes in the order of the tables.
     pub scenes: Vec<String>,
     pub scale: Scale,
-    /// What is made; what is not says so in its place.
+    /// The parts that are made. The cells of the other parts say that they were left out.
     pub parts: Vec<Part>,
-    /// Where the sessions lie.
+    /// Folders or journals of sessions.
     pub sessions: Vec<PathBuf>,
     pub shelf: Shelf,
-    /// Of LPIPS and DISTS, and how a command names them (`--lpips FILE`).
+    /// The networks of LPIPS and DISTS, then the options that name them in a command (`--lpips FILE`).
     pub networks: Arc<Networks>,
     pub network_options: Vec<(&'static str, PathBuf)>,
 }
 
-/// What can be left out.
+/// A part of the page that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Part {
-    /// Tables 1 to 3, figures 1 and 9 to 14, ablations, error against time.
+    /// Tables 1 to 3, figures 1 and 9 to 14, the ablation of modules, and error against time.
     Methods,
     /// The tables and figures of ambient occlusion.
     Ao,
-    /// Figures 18 and 19 and the statistics.
+    /// Figures 18 and 19, and the statistics of the studies.
     Sessions,
 }
 
-/// Sizes and counts.
+/// The sizes and counts of everything that is made.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Scale {
-    /// `quick`, `full`.
+    /// `quick` or `full`.
     pub name: &'static str,
     /// Pixels of one eye.
     pub size: [u32; 2],
-    /// Paths a pixel of the reference.
+    /// The paths a pixel of the reference.
     pub reference_paths: u32,
-    /// Rounds of Table 2, of Table 3 and of the modules.
+    /// The rounds of Table 2, of Table 3 and of the modules.
     pub seeds: [u32; 3],
-    /// Of ambient occlusion.
+    /// The sizes and counts of ambient occlusion.
     pub ao_size: [u32; 2],
     pub ao_seeds: u32,
     pub ao_poses: u32,
     pub ao_rays: u32,
-    /// Of the studies' pictures, and their reference's paths a pixel.
+    /// The size of the studies' pictures, then the paths a pixel of their reference.
     pub study_size: [u32; 2],
     pub study_paths: u32,
 }
 
 impl Scale {
-    /// The publications' own.
+    /// The sizes and counts of the publications.
     pub const FULL: Scale = Scale {
         name: "full",
         size: [1920, 1080],
@@ -77,7 +79,7 @@ impl Scale {
         study_paths: 1024,
     };
 
-    /// Small enough for two processor cores and ten minutes, large enough that every cell is filled.
+    /// Small enough for two processor cores and ten minutes, but large enough that every cell is filled.
     pub const QUICK: Scale = Scale {
         name: "quick",
         size: [192, 108],
@@ -95,7 +97,7 @@ impl Scale {
 /// One call of `cyclopean compare`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// Its folder.
+    /// Its name, which is also that of its folder.
     pub id: &'static str,
     pub scenes: Vec<String>,
     /// The first is the baseline.
@@ -106,17 +108,17 @@ pub struct Comparison {
     pub sheets: bool,
 }
 
-/// Of frames that only a sheet is made of: the fewest that a comparison takes.
+/// The rounds of comparisons that are made only for their sheets: as few as a comparison allows.
 const SHEET_SEEDS: u32 = 2;
 
-/// The comparison that Table 2 is made of.
+/// The comparison from which Table 2 is made.
 pub const TABLE_2: &str = "table2";
 
-/// Width of the fade at a view's border, where it is not what is studied.
+/// The width of the fade at the border of a view, unless the fade itself is studied.
 const EDGE_FADE: f32 = 0.1;
 
 impl Request {
-    /// Every comparison of reflections, in the order in which they run.
+    /// The comparisons of reflections, in the order in which they run.
     pub fn comparisons(&self) -> Vec<Comparison> {
         if !self.parts.contains(&Part::Methods) {
             return Vec::new();
@@ -146,7 +148,7 @@ impl Request {
                 false,
             ),
             figure("figure10", &["room", "wine", "pica"], &["sssr@1", "sssr@2", "stereo@1"]),
-            // Without any fade only the traversal is left of what the two differ in.
+            // These two methods differ in the fade and the traversal. Without any fade only the traversal is left.
             Comparison { edge_fade: 0.0, ..figure("figure11", &["pica"], &["sssr", "stereo-no-reprojection"]) },
             figure("figure12", &["wine"], &["stereo-no-fade", "stereo"]),
             figure("figure13", &["pica"], &["stereo-no-reprojection", "stereo"]),
@@ -154,25 +156,27 @@ impl Request {
         ]
     }
 
-    /// Those of the wanted scenes that were asked for; where none was, the first that was.
+    /// Those of the wanted scenes that were asked for. If none of them was, the first scene that was.
     fn of(&self, wanted: &[&str]) -> Vec<String> {
         let found: Vec<String> =
             wanted.iter().filter(|w| self.scenes.iter().any(|s| s == *w)).map(|w| (*w).to_owned()).collect();
         if found.is_empty() { self.scenes.iter().take(1).cloned().collect() } else { found }
     }
 
-    /// Where what is made on the way is kept.
+    /// The folder for what is kept between runs.
     pub fn work(&self) -> PathBuf {
         self.out.join("work")
     }
 
-    /// Where results are kept.
+    /// The folder in which results are kept.
     pub fn kept(&self) -> PathBuf {
         self.work().join("kept")
     }
 
+    /// The options of a comparison.
+    ///
     /// # Errors
-    /// A method's name that is none.
+    /// A name that belongs to no method.
     pub fn options(&self, of: &Comparison) -> Result<Options, UnknownMethod> {
         let [width, height] = self.scale.size;
         let (edge_fade, reuse) = (of.edge_fade, Reuse::Ratio);
@@ -186,7 +190,7 @@ impl Request {
             fallback: Fallbacks::One(Fallback::Black),
             view: None,
             pixels_per_degree: flip::PIXELS_PER_DEGREE,
-            // Only Table 2 has them.
+            // Only Table 2 shows LPIPS and DISTS.
             networks: if of.id == TABLE_2 { Arc::clone(&self.networks) } else { Arc::default() },
             cache: self.cache.clone(),
             keep: Some(self.kept()),
@@ -196,7 +200,7 @@ impl Request {
         })
     }
 
-    /// Of ambient occlusion.
+    /// The options of the comparison of ambient occlusion.
     pub fn ao_options(&self) -> AoOptions {
         let [width, height] = self.scale.ao_size;
         let ao = AoSettings { method: Ao::None, rays: self.scale.ao_rays, ..AoSettings::default() };
@@ -211,15 +215,15 @@ impl Request {
         }
     }
 
-    /// The command that makes a comparison alone, or takes it from what is kept.
+    /// The command that makes a comparison alone, or takes its results from those that are kept.
     pub fn call(&self, of: &Comparison) -> String {
         let [width, height] = self.scale.size;
         let spp: Vec<String> = of.spp.iter().map(u32::to_string).collect();
         let named = self.network_options.iter().filter(|_| of.id == TABLE_2);
         let networks: String = named.map(|(option, file)| format!(" {option} {}", path(file))).collect();
         format!(
-            "cyclopean compare {} --size {width}x{height} --spp {} --seeds {} --reference-spp {} --reuse ratio --no-shadows \
-             --methods {}{}{}{networks} --keep {} -o {}",
+            "cyclopean compare {} --size {width}x{height} --spp {} --seeds {} --reference-spp {} --reuse ratio \
+             --no-shadows --methods {}{}{}{networks} --keep {} -o {}",
             words(&of.scenes),
             spp.join(","),
             of.seeds,
@@ -232,19 +236,19 @@ impl Request {
         )
     }
 
-    /// The command that analyses the sessions alone.
+    /// The command that only analyses the sessions.
     pub fn sessions_call(&self) -> Option<String> {
         let folders: Vec<String> = self.sessions.iter().map(|p| path(p)).collect();
         (!folders.is_empty()).then(|| format!("mos report {}", folders.join(" ")))
     }
 
-    /// The same of ambient occlusion.
+    /// The command that makes the comparison of ambient occlusion alone.
     pub fn ao_call(&self) -> String {
         let [width, height] = self.scale.ao_size;
         let Scale { ao_seeds, ao_poses, ao_rays, .. } = self.scale;
         format!(
-            "cyclopean compare {} --effect ao --size {width}x{height} --seeds {ao_seeds} --poses {ao_poses} --ao-rays {ao_rays} \
-             --keep {} -o {}",
+            "cyclopean compare {} --effect ao --size {width}x{height} --seeds {ao_seeds} --poses {ao_poses} --ao-rays \
+             {ao_rays} --keep {} -o {}",
             words(&self.scenes),
             path(&self.kept()),
             path(&self.out.join("ao")),
@@ -260,7 +264,7 @@ fn words(all: &[String]) -> String {
     all.iter().map(|w| word(w)).collect::<Vec<_>>().join(" ")
 }
 
-/// As a shell takes it.
+/// A word as a shell takes it, in quotes where that is needed.
 fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "._-/@+=:,".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -315,8 +319,9 @@ mod tests {
         let call = request.call(&request.comparisons()[4]);
         assert_eq!(
             call,
-            "cyclopean compare 'a room.gltf' --size 192x108 --spp 1 --seeds 2 --reference-spp 64 --reuse ratio --no-shadows \
-             --methods sssr,stereo-no-reprojection --edge-fade 0 --sheets --keep out/work/kept -o out/figure11"
+            "cyclopean compare 'a room.gltf' --size 192x108 --spp 1 --seeds 2 --reference-spp 64 --reuse ratio \
+             --no-shadows --methods sssr,stereo-no-reprojection --edge-fade 0 --sheets --keep out/work/kept -o \
+             out/figure11"
         );
         let table2 = request.call(&request.comparisons()[0]);
         assert!(table2.contains(" --sheets --lpips 'a network.onnx' --keep "), "{table2}");

@@ -1,7 +1,8 @@
-//! What the two publications print, digit by digit. Seed 000 is Wu, Xu and Wang's *Stereo-consistent Screen Space
-//! Reflection*, seed 001 Wu's *Efficient Stereo-Aware Screen-Space Ambient Occlusion with Adaptive Computation*.
+//! The numbers that the two publications print, digit by digit. Seed 000 is Wu, Xu and Wang's *Stereo-consistent Screen
+//! Space Reflection*, and seed 001 is Wu's *Efficient Stereo-Aware Screen-Space Ambient Occlusion with Adaptive
+//! Computation*. The tables and figures of `paper` show these numbers.
 
-/// A publication, as it is cited.
+/// One of the two publications.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Publication {
     #[default]
@@ -26,20 +27,20 @@ impl serde::Serialize for Publication {
     }
 }
 
-/// What was measured on and with, §5: every image of both eyes together is 3840×1080.
-pub const SETTING: &str = "an Intel i9-12900K and an NVIDIA GeForce RTX 3090, Vulkan, 1920×1080 pixels an eye, one ray a \
-                           pixel, a filter of radius 2, a hardware-traced reference of 1024 paths a pixel and two bounces, \
-                           no shadows";
+/// The devices and settings of the measurements (§5). An image of both eyes together has 3840×1080 pixels.
+pub const SETTING: &str = "an Intel i9-12900K and an NVIDIA GeForce RTX 3090, Vulkan, 1920×1080 pixels an eye, one ray \
+                           a pixel, a filter of radius 2, a hardware-traced reference of 1024 paths a pixel and two \
+                           bounces, no shadows";
 
-/// The same of seed 001, section *Experiments*.
+/// The devices and settings of seed 001 (section *Experiments*).
 pub const AO_SETTING: &str = "Unity on an Intel i7-10700 and an NVIDIA RTX A4000, 1254×1254 pixels an eye";
 
-/// Table 1, §5: the test scenes.
+/// A line of Table 1 (§5), the parameters of a test scene.
 pub struct Parameters {
     pub scene: &'static str,
     pub triangles: u32,
     pub moving: u32,
-    /// Roughness below 0.8.
+    /// The number of reflective materials, whose roughness is below 0.8.
     pub reflective: u32,
     pub roughness: [f64; 2],
     pub mean_roughness: f64,
@@ -61,7 +62,7 @@ const fn parameters(
     Parameters { scene, triangles, moving, reflective, roughness: [low, high], mean_roughness }
 }
 
-/// Table 2, §5.1: an eye of a scene; each pair is SSSR, Ours.
+/// A line of Table 2 (§5.1), one eye of a scene. Each pair is SSSR, then Ours.
 pub struct Quality {
     pub scene: &'static str,
     pub eye: &'static str,
@@ -87,14 +88,14 @@ const fn quality(scene: &'static str, eye: &'static str, ssim: [f64; 2], lpips: 
     Quality { scene, eye, ssim, lpips, dists }
 }
 
-/// Table 3, §5.2: milliseconds; each pair is SSSR, Ours.
+/// A line of Table 3 (§5.2), in milliseconds. Each pair is SSSR, then Ours.
 pub struct Times {
     pub scene: &'static str,
     pub path_tracing: f64,
     pub traversal: [f64; 2],
     pub filter: [f64; 2],
     pub total: [f64; 2],
-    /// The overhead that stands in brackets, per cent.
+    /// The overhead that is printed in brackets, per cent.
     pub overhead: f64,
 }
 
@@ -117,18 +118,19 @@ const fn times(
     Times { scene, path_tracing, traversal, filter, total, overhead }
 }
 
-/// §6.2: the signed-rank test of the first study, and who took part.
+/// The signed-rank test of the first study, and its number of participants (§6.2).
 pub struct Study {
     pub participants: u32,
     pub z: f64,
     pub p: f64,
-    /// What every mean opinion score of the second and of the third study exceeds.
+    /// Every mean opinion score of the second and of the third study is above this.
     pub preference_above: f64,
 }
 
 pub const STUDY: Study = Study { participants: 10, z: -2.870, p: 0.004, preference_above: 2.0 };
 
-/// Seed 001, Figures 1 and 8: share of inconsistent pixels (per cent) and milliseconds of mono, FSA, variant 1, variant 2.
+/// A view in Figures 1 and 8 of seed 001: the share of inconsistent pixels (per cent), and milliseconds. The methods
+/// are mono, FSA, variant 1 and variant 2, in this order.
 pub struct AoScene {
     pub scene: &'static str,
     pub figure: &'static str,
@@ -144,7 +146,7 @@ pub const AO_FIGURE_8: [AoScene; 5] = [
     ao_scene("Bistro 2", [10.26, 2.63, 2.59, 2.22], [2.91, 5.94, 3.96, 4.62]),
 ];
 
-/// Figure 1's text names the shares of mono and FSA alone; the times stand in Table 3.
+/// The text of Figure 1 gives only the shares of mono and FSA. The times are those of Table 3.
 pub const AO_FIGURE_1: AoScene = AoScene {
     scene: "Sponza",
     figure: "Figure 1",
@@ -163,19 +165,22 @@ const fn ao_scene(scene: &'static str, inconsistent: [f64; 4], ms: [f64; 4]) -> 
     }
 }
 
-/// Seed 001, Table 1: per cent of inconsistent pixels along a path, of mono, FSA, variant 1, variant 2.
+/// Table 1 of seed 001: the per cent of inconsistent pixels along a path. The methods are mono, FSA, variant 1 and
+/// variant 2, in this order.
 pub const AO_TABLE_1: [(&str, [f64; 4]); 2] =
     [("Sponza", [5.82, 1.13, 1.07, 0.90]), ("Bistro", [7.29, 1.99, 1.92, 1.76])];
 
-/// Seed 001, Table 2: mean absolute error along a path against FSA, of mono, variant 1, variant 2.
+/// Table 2 of seed 001: the mean absolute error against FSA along a path. The methods are mono, variant 1 and variant
+/// 2, in this order.
 pub const AO_TABLE_2: [(&str, [f64; 3]); 2] =
     [("Sponza", [0.0049, 0.0025, 0.0002]), ("Bistro", [0.0057, 0.0025, 0.0002])];
 
-/// Seed 001, Table 3: milliseconds. A pass that a method does without is `None`.
+/// A line of Table 3 of seed 001, in milliseconds. A pass that the method does not have is `None`.
 pub struct AoTimes {
     pub scene: &'static str,
     pub method: &'static str,
-    /// Estimate and filter of the first pass, map of what differs, estimate and filter of the adaptive pass.
+    /// The estimate and the filter of the first pass, the map of the differing pixels, then the estimate and the filter
+    /// of the adaptive pass.
     pub passes: [Option<f64>; 5],
     pub total: f64,
 }
@@ -205,10 +210,10 @@ mod tests {
             for i in [0, 1] {
                 assert!((t.traversal[i] + t.filter[i] - t.total[i]).abs() < 0.005, "{} {i}", t.scene);
             }
-            // The brackets are rounded once up and once down.
+            // Some of the printed overheads are rounded up and some down.
             let overhead = 100.0 * (t.total[1] / t.total[0] - 1.0);
             assert!((overhead - t.overhead).abs() < 1.0, "{}: {overhead} and {}", t.scene, t.overhead);
-            // §5.2 says 0.9 to 2.0 ms; Room adds 0.83.
+            // §5.2 says that 0.9 to 2.0 ms are added, but for Room it is 0.83.
             let added = t.total[1] - t.total[0];
             assert!((0.83 - 1e-9..=2.0 + 1e-9).contains(&added), "{}: {added}", t.scene);
         }
@@ -220,7 +225,7 @@ mod tests {
 
     #[test]
     fn words_and_numbers_of_the_publications_agree() {
-        // §5.1: better than SSSR by SSIM and LPIPS in every eye; by DISTS in all but three.
+        // §5.1 says that Ours is better than SSSR by SSIM and LPIPS in every eye, and by DISTS in all but three.
         for q in &TABLE_2 {
             assert!(q.ssim[1] > q.ssim[0] && q.lpips[1] < q.lpips[0], "{} {}", q.scene, q.eye);
         }
@@ -230,10 +235,10 @@ mod tests {
             assert_eq!(one.scene, other.scene);
             assert!(one.roughness[0] <= one.mean_roughness && one.mean_roughness <= one.roughness[1], "{}", one.scene);
         }
-        // Two-sided normal p of the printed z, rounded as printed.
+        // The printed p is the two-sided normal p of the printed z, rounded.
         let p = cyclopean_analysis::special::normal_two_sided(STUDY.z);
         assert_eq!(format!("{p:.3}"), format!("{:.3}", STUDY.p));
-        // Seed 001: "2.05×" and "1.28×" of Figure 1, from Table 3.
+        // Seed 001 prints "2.05×" and "1.28×" in Figure 1, which follow from its Table 3.
         let ratio = |i: usize| AO_FIGURE_1.ms[i].expect("printed") / AO_FIGURE_1.ms[0].expect("printed");
         assert_eq!((format!("{:.2}", ratio(1)), format!("{:.2}", ratio(2))), ("2.05".to_owned(), "1.28".to_owned()));
         let of = |scene: &str| {
@@ -241,7 +246,8 @@ mod tests {
         };
         assert_eq!(of("Sponza"), AO_FIGURE_1.ms);
         assert_eq!(of("Market"), AO_FIGURE_8[0].ms);
-        // "Additional overhead ranges from approximately 25% to 40%", variant 2 "15% to 25% slower".
+        // Seed 001 says "Additional overhead ranges from approximately 25% to 40%", and variant 2 is "15% to 25%
+        // slower".
         for s in AO_FIGURE_8.iter().chain([&AO_FIGURE_1]) {
             let ms = |i: usize| s.ms[i].expect("printed");
             assert!((1.25..1.42).contains(&(ms(2) / ms(0))), "{}: {}", s.scene, ms(2) / ms(0));

@@ -1,4 +1,5 @@
-//! Makes every comparison, or takes it from what an earlier run has kept, and says how far it has come.
+//! Makes all comparisons, or takes their results from those that an earlier run has kept, and prints how far it has
+//! come. A [`Request`] goes in, and everything that was measured ([`Made`]) comes out. The command `paper` calls it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -16,22 +17,22 @@ use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
 use crate::scene::survey::survey;
 
-/// The most bytes of the list of finished pieces.
+/// The most bytes of the list of finished pieces that is read.
 const MOST_FINISHED: u64 = 16 << 20;
 
-/// Which pieces are finished, across runs: for what is said of the time that is left, and nothing else. What an earlier
-/// run has made is found by its content, whatever stands here.
+/// Which pieces are finished, also by earlier runs. It is used only to print the time that is left. The results of
+/// earlier runs are found by their content, whatever this list says.
 pub struct Progress<'a> {
     file: PathBuf,
     pieces: &'a [Piece],
-    /// Seconds by piece; none where nothing was measured.
+    /// The expected seconds of each piece. `None`: no speeds were measured.
     expected: Option<Vec<f64>>,
     finished: BTreeSet<String>,
-    /// Program and device, without which a piece is another one.
+    /// The program and the device. With another program or device a piece is a different one.
     by: String,
     done: usize,
     started: Instant,
-    /// Of the pieces that this run made: expected and real seconds.
+    /// The expected and the real seconds of the pieces that this run has made.
     spent: (f64, f64),
     console: Console,
 }
@@ -63,29 +64,29 @@ impl<'a> Progress<'a> {
         format!("{}: {} ({})", piece.name, piece.call, self.by)
     }
 
-    /// An earlier run has finished it.
+    /// Whether an earlier run has finished a piece.
     pub fn is_kept(&self, piece: &Piece) -> bool {
         self.finished.contains(&self.key(piece))
     }
 
-    /// Pieces that an earlier run has finished.
+    /// The number of pieces that earlier runs have finished.
     pub fn kept(&self) -> usize {
         self.pieces.iter().filter(|piece| self.is_kept(piece)).count()
     }
 
-    /// Seconds that are left by what was measured beforehand.
+    /// The seconds that are left, by the speeds that were measured beforehand. `None`: there are none.
     pub fn left(&self) -> Option<f64> {
         let expected = self.expected.as_ref()?;
         let left = (self.done..self.pieces.len())
             .filter(|at| !self.is_kept(&self.pieces[*at]))
             .map(|at| expected[at])
             .sum::<f64>();
-        // What the pieces so far took says how far off the probe was.
+        // The times of the pieces so far show how wrong the probe was, and the estimate is corrected by that.
         let (thought, took) = self.spent;
         Some(if thought > 0.0 && took > 1.0 { left * took / thought } else { left })
     }
 
-    /// The next piece is finished.
+    /// Says that the next piece is finished, and prints it.
     ///
     /// # Errors
     /// The list cannot be written.
@@ -113,10 +114,10 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// Everything but the sessions.
+/// Makes everything but the sessions. A scene that fails is no error; its cells say so.
 ///
 /// # Errors
-/// An output that cannot be written, or Ctrl-C. A scene that fails says so in its cells.
+/// An output that cannot be written, or Ctrl-C.
 pub fn run(
     gpu: &Rc<Gpu>,
     request: &Request,
@@ -159,10 +160,10 @@ pub fn run(
     Ok(made)
 }
 
-/// Looks every scene over.
+/// Loads every scene and surveys it.
 ///
 /// # Errors
-/// Two scenes of one name: a table could not tell them apart. Or Ctrl-C.
+/// Two scenes with the same name, which a table could not tell apart, or Ctrl-C.
 fn meant(request: &Request) -> Result<Vec<Meant>, PaperError> {
     let mut all: Vec<Meant> = Vec::new();
     for asked in &request.scenes {

@@ -1,4 +1,5 @@
-//! Figures 18 and 19 and the signed-rank test, from sessions.
+//! Figures 18 and 19 and the signed-rank test. The analysis of the sessions goes in, and [`Item`]s come out;
+//! `super::items` calls it.
 
 use cyclopean_analysis::report::{ReportInput, StudyReport, scores};
 use cyclopean_analysis::special::p_text;
@@ -9,14 +10,15 @@ use super::plan::Request;
 use super::published::{Publication, STUDY};
 use super::tables::SOURCES;
 
-/// Studies by the figure that shows them.
+/// The study of Figure 19 and of the signed-rank test, then the studies of Figure 18: the study, the figure, and what
+/// was asked.
 const CONSISTENCY: &str = "consistency";
 const CHOICES: [(&str, &str, &str); 2] = [
     ("quality", "18 (a)", "visual quality of Ours beside SSSR, in three scenes and both eyes"),
     ("ablation", "18 (b)", "consistency of Ours beside Ours without one module, in Pica"),
 ];
 
-/// All of them.
+/// All items of the studies.
 pub fn items(request: &Request, sessions: &Sessions) -> Vec<Item> {
     let mut all = vec![opinions(request, sessions), test(request, sessions)];
     all.extend(CHOICES.map(|choice| choices(request, sessions, choice)));
@@ -34,50 +36,50 @@ fn study<'a>(sessions: &'a Sessions, id: &str) -> Result<(&'a ReportInput, &'a S
     found.map(|s| (input, s)).ok_or_else(|| format!("no session of the study {id} was given"))
 }
 
-/// ` (SIMULATED data)`, where the sessions are such.
+/// The end of a title, such as ` (SIMULATED data)`. It is empty where the sessions are people's answers.
 fn stamp(sessions: &Sessions) -> String {
     let stamp = sessions.as_ref().ok().and_then(|input| input.stamp.as_deref());
     stamp.map_or(String::new(), |s| format!(" ({} data)", s.to_uppercase()))
 }
 
-/// `SIMULATED data. `, before what a table shows.
+/// A caption, with `SIMULATED data. ` or the like in front where the sessions are not people's answers.
 fn stamped(sessions: &Sessions, caption: &str) -> String {
     let stamp = sessions.as_ref().ok().and_then(|input| input.stamp.as_deref());
     stamp.map_or(caption.to_owned(), |s| format!("{} data. {caption}", s.to_uppercase()))
 }
 
-/// What differs in every study.
+/// The differences from the publication that all studies have.
 fn differs(sessions: &Sessions) -> Vec<String> {
     let mut all = vec![
         "The publication's study was done on a PICO 4 Enterprise headset by ten people.".to_owned(),
         super::tables::OTHER_SCENES.to_owned(),
     ];
     if let Ok(ReportInput { stamp: Some(stamp), .. }) = sessions {
-        let simulated = "The votes are drawn from a model that the study file states; they show that the line works and nothing else. \
-                         --sessions DIR takes real ones.";
+        let simulated = "The votes are drawn from a model that is written in the study file. They only show that \
+                         everything works together. --sessions DIR takes real votes.";
         let other = format!("The sessions are {stamp}: they are not people's answers to the study.");
         all.insert(0, if stamp == "simulated" { simulated.to_owned() } else { other });
     }
     all
 }
 
-/// What every study's item has alike.
+/// An item with the properties that the items of all studies share.
 fn base(id: &'static str, title: String, printed_in: &'static str, printed: String, here: String) -> Item {
     Item { id, title, publication: Publication::Reflection, printed_in, printed, here, ..Item::default() }
 }
 
 /// Figure 19.
 fn opinions(request: &Request, sessions: &Sessions) -> Item {
-    let printed = "mean opinion scores of consistency with 90 % intervals of SSSR, Ours and RayTracing in Pica, Room and Wine, as \
-                   bars; no number of it is printed.";
-    let here = "the same of the study consistency: the mean over participants and its Student t interval, at the level that the \
-                study file fixed.";
+    let printed = "mean opinion scores of consistency with 90 % intervals, as bars, of SSSR, Ours and RayTracing in \
+                   Pica, Room and Wine. Their numbers are not printed.";
+    let here = "the same for the study consistency: the mean over participants, and its interval by Student's t at the \
+                level that the study file fixed.";
     let title = format!("Figure 19: mean opinion scores of consistency{}", stamp(sessions));
     let item = base("figure19", title, "Figure 19, section 6.2", printed.to_owned(), here.to_owned());
     with_scores(request, sessions, item, CONSISTENCY)
 }
 
-/// Adds a study's scores, or says why there are none.
+/// Adds a study's scores to an item, or says why there are none.
 fn with_scores(request: &Request, sessions: &Sessions, mut item: Item, id: &str) -> Item {
     match study(sessions, id) {
         Ok((input, study)) => {
@@ -85,7 +87,7 @@ fn with_scores(request: &Request, sessions: &Sessions, mut item: Item, id: &str)
             item.differs = differs(sessions);
         }
         Err(why) => {
-            let mut grid = Grid::new("No numbers of ours.", &["study", "why"]);
+            let mut grid = Grid::new("There are no numbers of this program.", &["study", "why"]);
             grid.rows.push(vec![Cell::word(id), Cell::None(why)]);
             item.tables.push(grid);
         }
@@ -130,15 +132,17 @@ fn test(request: &Request, sessions: &Sessions) -> Item {
     }
     let title = format!("The signed-rank test{}", stamp(sessions));
     let printed = format!(
-        "z = {:.3}, p = {:.3}, below 0.01: a significant reduction in visual discomfort, with {} participants.",
+        "z = {:.3} and p = {:.3}, which is below 0.01: a significant reduction in visual discomfort, with {} \
+         participants.",
         STUDY.z, STUDY.p, STUDY.participants
     );
-    let here = "the test of each participant's sum over the scenes, of the contrast that the study file fixed beforehand. z is \
-                positive where the first method has the higher scores; the publication takes the difference the other way round.";
+    let here = "the test of the contrast that the study file fixed beforehand, on each participant's sum over the \
+                scenes. z is positive where the first method has the higher scores. The publication takes the \
+                difference the other way round.";
     let mut item = base("signed-rank", title, "section 6.2", printed, here.to_owned());
     item.tables.push(grid);
     item.differs = vec![
-        "The publication does not say what it pairs (participants, or votes) nor how it treats ties and zeros."
+        "The publication says neither what it pairs (participants or votes) nor how it treats ties and zeros."
             .to_owned(),
     ];
     item.differs.extend(differs(sessions));
@@ -150,8 +154,8 @@ fn test(request: &Request, sessions: &Sessions) -> Item {
 fn choices(request: &Request, sessions: &Sessions, (id, figure, what): (&'static str, &str, &str)) -> Item {
     let title = format!("Figure {figure}: choices, study {id}{}", stamp(sessions));
     let printed = format!(
-        "the distribution of the choices ({what}) and their mean scores, as bars. The text says that every mean is above {:.1}, where \
-         2 is no difference and 3 is Ours.",
+        "the distribution of the choices ({what}) and their mean scores, as bars. The text says that every mean is \
+         above {:.1}. A score of 2 means no difference, and 3 means that Ours was chosen.",
         STUDY.preference_above
     );
     let mut item = base(
@@ -159,7 +163,7 @@ fn choices(request: &Request, sessions: &Sessions, (id, figure, what): (&'static
         title,
         "Figure 18, section 6.2",
         printed,
-        format!("the same of the study {id}."),
+        format!("the same for the study {id}."),
     );
     let columns = ["condition", "mean score, printed", "mean score here", "other", "no difference", "Ours"];
     if let Ok((_, study)) = study(sessions, id)

@@ -1,4 +1,5 @@
-//! Tables 1 to 3, the modules' ablation and error against time.
+//! Tables 1 to 3, the ablation of modules, and error against time. What was measured goes in, and [`Item`]s come out;
+//! `super::items` calls it.
 
 use super::item::{Cell, Drawing, Grid, Item};
 use super::plan::{self, Comparison, Request};
@@ -6,16 +7,17 @@ use super::published::{Publication, TABLE_1, TABLE_2, TABLE_3};
 use super::{Made, Meant};
 use crate::compare::{self, Row, SceneReport};
 
-/// Which line is the publication's and which is ours.
+/// The words that say whether a line is the publication's or ours.
 pub const SOURCES: [&str; 2] = ["printed", "here"];
 
 pub const OTHER_SCENES: &str =
-    "The scenes are this program's own: its triangles, materials and lights are not the publication's.";
+    "The scenes are this program's own. Their triangles, materials and lights are not those of the publication.";
 
-/// Why the publication has no line of one of our scenes.
+/// The reason why the publication has no line for one of our scenes.
 const NO_COUNTERPART: &str = "no such scene";
 
-/// Scenes in the order of the publication, then ours that it does not have: what is printed, and our scene.
+/// The scenes in the order of the publication, then those of ours that it does not have. Each has its name, what is
+/// printed, and our scene.
 fn both<'a, P>(
     printed: &'a [P],
     name: impl Fn(&P) -> &'static str,
@@ -27,12 +29,12 @@ fn both<'a, P>(
     theirs.chain(rest).collect()
 }
 
-/// So many cells of one reason.
+/// So many cells with the same reason.
 fn none(count: usize, why: &str) -> Vec<Cell> {
     vec![Cell::None(why.to_owned()); count]
 }
 
-/// A line of a table: the scene, whose line it is, its cells.
+/// A line of a table: the scene, whose line it is, and the other cells.
 fn line(scene: &str, source: &str, cells: impl IntoIterator<Item = Cell>) -> Vec<Cell> {
     [Cell::word(scene), Cell::word(source)].into_iter().chain(cells).collect()
 }
@@ -49,7 +51,7 @@ pub fn call(request: &Request, id: &str) -> Option<String> {
 pub fn scenes(made: &Made) -> Item {
     let columns =
         ["scene", "source", "triangles", "moving", "reflective materials", "roughness, range", "roughness, mean"];
-    let mut grid = Grid::new("Parameters of the scenes; reflective: roughness below 0.8.", &columns);
+    let mut grid = Grid::new("Parameters of the scenes. Reflective means a roughness below 0.8.", &columns);
     let whole = |n: usize| Cell::Number(n as f64, 0, "");
     for (name, printed, ours) in both(&TABLE_1, |p| p.scene, &made.scenes) {
         let printed = match printed {
@@ -83,22 +85,24 @@ pub fn scenes(made: &Made) -> Item {
         title: "Table 1: the scenes".to_owned(),
         publication: Publication::Reflection,
         printed_in: "Table 1, section 5",
-        printed: "triangles, dynamic objects, reflective materials and their roughness of five scenes.".to_owned(),
-        here: "the same of the scenes that were rendered, counted as they were loaded; the mean roughness is over the \
-               reflective materials, each one vote."
+        printed: "the triangles, dynamic objects and reflective materials of five scenes, and the roughness of these \
+                  materials."
+            .to_owned(),
+        here: "the same for the scenes that were rendered, counted when they were loaded. The mean roughness is over \
+               the reflective materials, and each material counts once."
             .to_owned(),
         tables: vec![grid],
         differs: vec![
             OTHER_SCENES.to_owned(),
-            "The publication does not say over what its mean roughness is taken. It counts dynamic objects; here the parts that move \
-             are counted one by one."
+            "The publication does not say over what its mean roughness is taken. It counts dynamic objects. Here every \
+             part that moves is counted."
                 .to_owned(),
         ],
         ..Item::default()
     }
 }
 
-/// A measure of an eye.
+/// A measure of one eye.
 fn of_eye(row: &Row, eye: &str, measure: &str) -> Option<f64> {
     let eye = if eye == "left" { &row.left } else { &row.right };
     eye.means.get(measure).copied().flatten()
@@ -156,16 +160,17 @@ pub fn quality(request: &Request, made: &Made) -> Item {
     }
     let mut differs = vec![
         OTHER_SCENES.to_owned(),
-        "SSIM is of the tone-mapped reflection alone, over the windows that trace, mean of R, G and B. The publication does not \
-         say which windows, channels or tone map it takes."
+        "SSIM is of the tone-mapped reflection alone, as the mean of R, G and B over the windows whose centre traces a \
+         ray. The publication does not say which windows, channels or tone map it takes."
             .to_owned(),
     ];
     if !has_network {
         learned.rows.iter_mut().for_each(|row| drop(row.remove(2)));
         learned.columns.remove(2);
-        learned.caption += " As printed; none of ours, as said below.";
+        learned.caption += " Only the printed numbers are shown; the reason is below.";
         differs.push(
-            "LPIPS and DISTS need trained networks, and none was named (--lpips, --dists): the program's own lines are absent."
+        "LPIPS and DISTS need trained networks, and none was named (--lpips, --dists). So this program's own lines are \
+         absent."
                 .to_owned(),
         );
     }
@@ -175,9 +180,10 @@ pub fn quality(request: &Request, made: &Made) -> Item {
         publication: Publication::Reflection,
         printed_in: "Table 2, section 5.1",
         printed: "SSIM, LPIPS and DISTS of SSSR and of Ours against the ground truth, eye by eye.".to_owned(),
-        here: "means over the rounds. SSSR is sssr, Ours is stereo, both with one ray a pixel. SSIM lies close to 1 or far \
-               from it by scene; what it lacks of 1 is compared as a ratio, below 1 where Ours is better."
-            .to_owned(),
+        here:
+            "means over the rounds. SSSR is sssr and Ours is stereo, both with one ray a pixel. How close SSIM is to \
+               1 depends on the scene. So 1 − SSIM is compared as a ratio, which is below 1 where Ours is better."
+                .to_owned(),
         tables: vec![ssim, learned],
         differs,
         call: call(request, ID),
@@ -201,7 +207,7 @@ pub fn times(request: &Request, made: &Made) -> Item {
         "over SSSR",
     ];
     let mut grid =
-        Grid::new("Milliseconds of both eyes together; the total is that of the columns before it.", &columns);
+        Grid::new("Milliseconds of both eyes together. The total is that of traversal and filter.", &columns);
     let pair = |[a, b]: [f64; 2]| [Cell::Number(a, 2, ""), Cell::Number(b, 2, "")];
     for (name, printed, ours) in both(&TABLE_3, |p| p.scene, &made.scenes) {
         let cells = match printed {
@@ -236,18 +242,18 @@ pub fn times(request: &Request, made: &Made) -> Item {
         title: "Table 3: time of the reflections".to_owned(),
         publication: Publication::Reflection,
         printed_in: "Table 3, section 5.2",
-        printed: "milliseconds of traversal and spatial filter, means of 100 frames, and of path tracing with two paths a pixel \
-                  on the card's ray-tracing cores."
+        printed: "milliseconds of traversal and spatial filter, as means of 100 frames, and of path tracing with two \
+                  paths a pixel on the card's ray-tracing cores."
             .to_owned(),
-        here: "medians over the rounds. Traversal is every stage of the trace, the spatial filter every stage of the resolve. The \
-               overhead is the median of the ratios within the rounds."
+        here: "medians over the rounds. Traversal is every stage of the trace, and the spatial filter is every stage \
+               of the resolve. The overhead is the median of the ratios within the rounds."
             .to_owned(),
         tables: vec![grid, passes(made)],
         differs: vec![
-            "The device is another one, and so is the size: only the last column can be compared.".to_owned(),
+            "The device and perhaps the size are different, so only the last column can be compared.".to_owned(),
             OTHER_SCENES.to_owned(),
-            "Path tracing here walks a BVH in a shader, or on a software device on the processor: it uses no ray-tracing cores, \
-             except with a card that answers ray queries."
+            "Path tracing here walks a BVH in a shader, or with a software device on the processor. It uses \
+             ray-tracing cores only with a card that answers ray queries."
                 .to_owned(),
         ],
         call: call(request, ID),
@@ -255,7 +261,7 @@ pub fn times(request: &Request, made: &Made) -> Item {
     }
 }
 
-/// The passes of a frame that reflections share with everything else stand last.
+/// Passes of a frame that are not work for reflections. They are the last columns.
 const SHARED: [&str; 3] = ["gbuffer", "lighting", "composite"];
 
 fn passes(made: &Made) -> Grid {
@@ -273,7 +279,8 @@ fn passes(made: &Made) -> Grid {
     names.dedup();
     let columns: Vec<&str> = ["scene", "method"].into_iter().chain(names.iter().copied()).collect();
     let mut grid = Grid::new(
-        "Milliseconds of every pass here, medians over the rounds, both eyes; the last three passes are no reflection work.",
+        "Milliseconds of every pass here for both eyes, as medians over the rounds. The last three passes are no work \
+         for reflections.",
         &columns,
     );
     for (scene, row) in rows {
@@ -283,11 +290,12 @@ fn passes(made: &Made) -> Grid {
     grid
 }
 
-/// What adding samples buys.
+/// Error against time: what more samples gain.
 pub fn error_against_time(request: &Request, made: &Made) -> Item {
     const ID: &str = "table3";
     let columns = ["scene", "method", "total, ms", "MSE", "RSE", "1 − SSIM", "MSE over sssr's in the same time"];
-    let mut grid = Grid::new("Errors of the reflection against the reference, means of the eyes and rounds.", &columns);
+    let mut grid =
+        Grid::new("Errors of the reflection against the reference, as means of the eyes and rounds.", &columns);
     let mut drawings = Vec::new();
     for m in &made.scenes {
         let Some(scene) = made.scene(ID, &m.name) else {
@@ -300,10 +308,10 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
             let equal = match ratio {
                 Some(e) if e.extrapolated => Cell::word(format!("{:.3} (extrapolated)", e.ratio)),
                 Some(e) => Cell::Number(e.ratio, 3, ""),
-                None if row.method == scene.baseline => Cell::word("it is that line"),
-                None => Cell::None("undefined there".to_owned()),
+                None if row.method == scene.baseline => Cell::word("this is sssr"),
+                None => Cell::None("undefined".to_owned()),
             };
-            let undefined = "undefined there";
+            let undefined = "undefined";
             let mse = row.both("mse").map_or(Cell::None(undefined.to_owned()), |v| Cell::word(format!("{v:.3e}")));
             grid.rows.push(vec![
                 Cell::word(&m.name),
@@ -316,7 +324,7 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
             ]);
         }
         let caption = format!("Error against time in {}: mean squared error over the time of the reflections.", m.name);
-        // Two paths a pixel, unfiltered, would leave the methods no room on the axis.
+        // The error of two unfiltered paths a pixel is so large that the methods would have no room on the axis.
         let mut drawn = scene.clone();
         drawn.results.retain(|row| row.method != "path-traced");
         drawings.extend(compare::plots(&drawn).into_iter().map(|(_, svg)| Drawing { caption: caption.clone(), svg }));
@@ -327,12 +335,12 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
         publication: Publication::Reflection,
         printed_in: "section 5.1",
         printed:
-            "no such figure. Its text says that more samples of SSSR do not resolve the inconsistency (Figure 10)."
+            "no such figure. The text says that more samples of SSSR do not resolve the inconsistency (Figure 10)."
                 .to_owned(),
         here:
-            "sssr and stereo with 1, 2 and 4 rays a pixel, and two paths through the geometry. The last column is the \
-               method's error over that of sssr where both take as long; below 1 the method is better. The plots leave out the two paths, whose error is far \
-               above."
+            "sssr and stereo with 1, 2 and 4 rays a pixel, and path tracing with two paths a pixel. The last column is \
+             the method's error over that of sssr in the same time; below 1 the method is better. The plots leave out \
+             path tracing, whose error is far larger."
                 .to_owned(),
         tables: vec![grid],
         drawings,
@@ -341,7 +349,7 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
     }
 }
 
-/// What each module brings.
+/// The ablation: what each module gains.
 pub fn modules(request: &Request, made: &Made) -> Item {
     const ID: &str = "modules";
     const MEASURES: [(&str, &str); 5] = [
@@ -360,8 +368,9 @@ pub fn modules(request: &Request, made: &Made) -> Item {
     let columns: Vec<&str> =
         ["scene", "without", "trace + resolve"].into_iter().chain(MEASURES.map(|(title, _)| title)).collect();
     let mut grid = Grid::new(
-        "Without a module, over the full method: above 1 the module helps. Lasting is what differs between the eyes whatever the random \
-         numbers, noise what changes with them.",
+        "Times and errors without a module, over those of the full method. Where an error is above 1 the module helps. \
+         Lasting is the difference between the eyes that stays whatever the random numbers are, and noise is the part \
+         that changes with them.",
         &columns,
     );
     for m in &made.scenes {
@@ -390,12 +399,15 @@ pub fn modules(request: &Request, made: &Made) -> Item {
         title: "Module ablation".to_owned(),
         publication: Publication::Reflection,
         printed_in: "sections 5.3 and 6, Figures 11 to 14 and 18 (b)",
-        printed: "parts of pictures with and without each module, and people's choices between them; no errors.".to_owned(),
-        here: "what is measured of each module, in every scene. Figures 11 to 14 above show it; Figure 18 (b) below asks for it."
+        printed: "parts of pictures with and without each module, and people's choices between them, but no errors."
+            .to_owned(),
+        here: "measurements of each module in every scene. Figures 11 to 14 above show pictures, and Figure 18 (b) \
+               below has people's choices."
             .to_owned(),
         tables: vec![grid],
         differs: vec![
-            "Leaving out the traversal alone can change little: the reprojection fills many of the same gaps from the other eye."
+            "Leaving out only the traversal may change little, because the reprojection fills many of the same gaps \
+             from the other eye."
                 .to_owned(),
         ],
         call: call(request, ID),
