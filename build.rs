@@ -72,7 +72,8 @@ fn compile_all(folder: &Path, out: &Path, list_file: &str) -> Result<(), String>
     let _ = writeln!(code, "/// Every shader.\n#[allow(dead_code)]\npub static ALL: &[&Shader] = &[{list}];");
     let _ = writeln!(
         code,
-        "/// Those that no picture of the reference passes through.\n#[allow(dead_code)]\npub const OF_VIEWS: &[&str] = &{of_views:?};"
+        "/// The names of the shaders that no picture of the reference depends on.\n#[allow(dead_code)]\n\
+         pub const OF_VIEWS: &[&str] = &{of_views:?};"
     );
     std::fs::write(out.join(list_file), code).map_err(|e| format!("cannot write {list_file}: {e}"))
 }

@@ -142,12 +142,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Says that one more step is done. `detail` names the step.
+    /// Shows that one more step is done. `detail` names the step.
     pub fn step(&mut self, detail: &str) {
         self.advance_to(self.done + 1, detail);
     }
 
-    /// Says that `done` steps are done in total. `detail` names the last of them.
+    /// Shows that `done` steps are done in total. `detail` names the last of them.
     pub fn advance_to(&mut self, done: u64, detail: &str) {
         self.done = done;
         let detail = escape::line(detail);

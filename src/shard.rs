@@ -1,5 +1,5 @@
 //! Splits a list of work into parts, so that several machines can each do one. The commands read a [`Shard`] from their
-//! arguments, and `study::prepare` takes that part of a study's stimuli.
+//! arguments. They then take that part of the stimuli of a study (`study::prepare`) or of the scenes of a comparison.
 
 /// One part of n. Item i of a list belongs to part i mod n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 //! Methods as data: a name is parsed into a [`Method`], which says which parts of the pipeline are on. The commands,
-//! studies, the renderer and `compare` call it. Nothing here needs a graphics device, so a build without one knows
+//! the renderer, `compare` and `paper` call it. Nothing here needs a graphics device, so a build without one knows
 //! every method as well.
 
 mod ao;

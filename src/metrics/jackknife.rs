@@ -82,9 +82,9 @@ mod tests {
 
     #[test]
     fn unequal_groups_have_the_formulas_interval() {
-        // Computed by hand. The groups are {1, 4}, {2} and {6}, so θ = 13/4, without each group 4, 11/3 and 7/3, and h
-        // = 2, 4 and 4. The pseudo-values are 2.5, 2 and 6, c = 39/4 − (2 + 11/4 + 7/4) = 3.25, and the variance is
-        // (0.5625 + 1.5625/3 + 7.5625/3)/3.
+        // Computed by hand. The groups are {1, 4}, {2} and {6}. θ is 13/4, without each group it is 4, 11/3 and 7/3,
+        // and h is 2, 4 and 4. The pseudo-values are 2.5, 2 and 6, c = 39/4 − (2 + 11/4 + 7/4) = 3.25, and the variance
+        // is (0.5625 + 1.5625/3 + 7.5625/3)/3.
         let figure = Figure { all: 3.25, without: &[4.0, 11.0 / 3.0, 7.0 / 3.0] };
         let [lo, hi] = interval(figure, &[2, 1, 1]).expect("three groups");
         // scipy.stats.t.ppf(0.975, 2)

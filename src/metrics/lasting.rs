@@ -4,9 +4,10 @@
 //!
 //! Let D_i be L − R of a pair with seed i, and let R₁ and R₂ be L − R of two references with different seeds. The
 //! product of two independent errors is 0 on average. So (D_i − R₁)·(D_j − R₂) with i ≠ j has the right mean, however
-//! noisy the method and the references are. Let m = (R₁ + R₂)/2, h = (R₁ − R₂)/2, C_i = D_i − m, S = Σ C_i and Q = Σ
-//! C_i². The average of the product over all i ≠ j and over both ways to assign the references is (S² − Q)/(n(n − 1)) −
-//! h².
+//! noisy the method and the references are.
+//!
+//! Let m = (R₁ + R₂)/2, h = (R₁ − R₂)/2, C_i = D_i − m, S = Σ C_i and Q = Σ C_i². The average of the product over all
+//! i ≠ j and over both ways to assign the references is then (S² − Q)/(n(n − 1)) − h².
 
 use cyclopean_analysis::special::student_upper;
 use serde::{Deserialize, Serialize};

@@ -43,9 +43,9 @@ pub struct Inconsistency {
 /// The contrast of the pairs' mean luminances over n seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Systematic {
-    /// An estimate of the share of pairs that differ by more than 2 % whatever the seed is: (`raw` − `by_chance`) / (1
-    /// − `by_chance`), cut at 0 (Storey 2002, with a threshold for each pair). Where there is only noise the estimate
-    /// is about 0. Where a true difference can hide below the threshold it is a lower bound.
+    /// An estimate of the share of pairs that differ by more than 2 % whatever the seed is. It is
+    /// (`raw` − `by_chance`) / (1 − `by_chance`), cut at 0 (Storey 2002, with a threshold for each pair). Where there
+    /// is only noise it is about 0. Where a true difference can hide below the threshold it is a lower bound.
     pub share: f64,
     /// The share of pairs whose means differ by more than 2 %. Noise that is left in the means counts too.
     pub raw: f64,

@@ -5,8 +5,8 @@
 //! command `paper` calls it.
 //!
 //! ```text
-//! plan → run (compare, compare::ao; all of it kept) → items (tables, figures) → paper.html, paper.json sessions,
-//! analysed by the caller ────────────┘
+//! plan → run (compare, compare::ao; all of it kept) → items (tables, figures) → paper.html, paper.json
+//!          sessions, analysed by the caller ────────────┘
 //! ```
 //! The page follows only from results that are kept. So a finished folder gives the same bytes again.
 

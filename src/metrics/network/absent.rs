@@ -1,4 +1,4 @@
-//! Stands in for `tract` in a build without the feature `networks`. [`super`] calls it.
+//! Stands in for `tract` in a build without the feature `networks`. `super` calls it.
 
 use super::NetworkError;
 

@@ -1,4 +1,4 @@
-//! Reads and runs ONNX networks with the crate `tract`. Compiled with the feature `networks` only; [`super`] calls it.
+//! Reads and runs ONNX networks with the crate `tract`. Compiled with the feature `networks` only; `super` calls it.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
