@@ -1,4 +1,5 @@
-//! The real `mos`, run in a fresh folder.
+//! Tests the program `mos`: each test runs it in a fresh folder and checks its output, its files and its exit status.
+//! Expected values are computed by hand from small tables. Needs nothing but the program itself.
 
 use std::fs;
 use std::io::Write;
@@ -44,7 +45,7 @@ fn journal(folder: &Path, name: &str, session: u32, kind: Kind, compare: bool) -
     path
 }
 
-/// Ten people, two scenes, three methods; ratings by a fixed rule.
+/// A table of ten participants' ratings of two scenes with three methods. The ratings follow a fixed rule.
 fn ratings() -> String {
     let mut out = "participant,scene,method,rating\n".to_owned();
     for p in 0..10u32 {
@@ -66,7 +67,8 @@ fn wilcoxon_reads_standard_input_and_files() {
     // d = 2, 0, 4, 1, −1: R₊ = 3 + 4 + 1.5, R₋ = 1.5
     assert_eq!((&o["n"], &o["n_zero"], &o["n_used"]), (&5.into(), &1.into(), &4.into()));
     assert_eq!((&o["r_plus"], &o["r_minus"], &o["statistic"]), (&8.5.into(), &1.5.into(), &1.5.into()));
-    // Three of the sixteen sign patterns have R₋ of at most 1.5: none, and either 1.5 alone.
+    // Three of the sixteen sign patterns have R₋ ≤ 1.5: either no difference is negative, or only one of the two with
+    // rank 1.5 is.
     assert_eq!(o["p_exact"], 2.0 * 3.0 / 16.0);
     for key in ["z", "p_asymptotic", "p_mid", "rank_biserial", "hodges_lehmann", "convention"] {
         assert!(!o[key].is_null(), "{key}");
@@ -258,16 +260,16 @@ fn journals_and_their_export_give_the_same_table() {
     let means = |t: &Value| t["rows"].as_array().unwrap().iter().map(|r| r["mean"].clone()).collect::<Vec<_>>();
     assert_eq!(means(&a), means(&b));
     let csv = fs::read_to_string(d.join("out/responses.csv")).unwrap();
-    assert!(!csv.contains("2026-") && !csv.contains("linux"), "no wall time, no host");
+    assert!(!csv.contains("2026-") && !csv.contains("linux"), "the export holds a wall time or a host");
     let script = fs::read_to_string(d.join("out/analysis.R")).unwrap();
     assert!(script.contains("clmm(rating ~ method * scene + (1 + method | participant)"));
     let pref = object(d, &["preference", "s", "--study", "quality", "--json"]);
     assert_eq!(pref["preferences"][0]["conditions"].as_array().unwrap().len(), 6);
-    // A table of comparisons says who was preferred to whom, with the numbers of `mos preference`.
+    // For comparisons `mos table` says which method was preferred, with the same numbers as `mos preference`.
     assert_eq!(a["preferences"], pref["preferences"]);
-    assert!(b.get("preferences").is_none(), "a file of ratings does not say that they are choices");
+    assert!(b.get("preferences").is_none(), "the exported file does not say which ratings are choices");
     let said = String::from_utf8(mos(d, &["table", "s"]).stdout).unwrap();
-    let (_, winners) = said.split_once("who was preferred in quality\n").expect("what a comparison says");
+    let (_, winners) = said.split_once("who was preferred in quality\n").expect("the table of preferences");
     for condition in pref["preferences"][0]["conditions"].as_array().unwrap() {
         let factor = |name: &str| {
             let factors = condition["factors"].as_array().unwrap();
@@ -290,7 +292,7 @@ fn journals_and_their_export_give_the_same_table() {
     assert_eq!(globbed["rows"].as_array().unwrap().len(), 9);
 }
 
-/// The rules of the Psych-DS validator, for when it cannot be installed.
+/// Checks the main rules of the Psych-DS validator, so that the test does not need the validator itself.
 #[test]
 fn the_psych_ds_folder_keeps_that_projects_rules() {
     let dir = TempDir::new().unwrap();
@@ -351,7 +353,7 @@ fn the_report_is_one_page_without_the_network() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    // The one address is SVG's name space, which nothing fetches.
+    // The only address is the SVG namespace, which no browser fetches.
     let addresses: Vec<&str> = page.match_indices("http").map(|(i, _)| &page[i..(i + 26).min(page.len())]).collect();
     assert!(addresses.iter().all(|a| a.starts_with("http://www.w3.org/2000/svg")), "{addresses:?}");
     assert!(!page.contains("<script") && !page.contains("<link"));

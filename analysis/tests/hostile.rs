@@ -1,5 +1,6 @@
-//! Hostile input of `mos`. Each is refused at once, in bounded memory, with one sentence that names the file. What
-//! `mos` prints and writes holds nothing that a terminal, a spreadsheet, a page or a typesetter obeys.
+//! Gives `mos` hostile input. It must refuse each within a time limit and a memory limit, with one line that names the
+//! file. What it prints and writes must hold nothing that a terminal, a spreadsheet, a browser or LaTeX would execute.
+//! Needs a Unix with `sh` and `mkfifo`.
 #![cfg(unix)]
 
 use std::fs;
@@ -16,9 +17,9 @@ use tempfile::TempDir;
 #[allow(dead_code, reason = "the example's own main is not run here")]
 mod journals;
 
-/// Limit of the program's address space, KiB.
+/// Limit of the program's address space in KiB.
 const MOST_KIB: &str = "4000000";
-/// Time limit, well above what any refusal takes.
+/// Time limit of one run, well above what any refusal takes.
 const LONGEST: Duration = Duration::from_secs(30);
 
 fn run(folder: &Path, arguments: &[&str], input: Stdio) -> Output {
@@ -42,7 +43,7 @@ fn run(folder: &Path, arguments: &[&str], input: Stdio) -> Output {
         if Instant::now() > end {
             child.kill().unwrap();
             child.wait().unwrap();
-            panic!("{arguments:?}: not ended");
+            panic!("{arguments:?}: did not end within the time limit");
         }
         std::thread::sleep(Duration::from_millis(2));
     };
@@ -57,17 +58,17 @@ fn fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
-/// What is wrong with a refusal; none where it is as it should be.
+/// Says what is wrong with a refusal, or returns `None` if it is as it should be.
 fn judge(done: &Output, named: &str) -> Option<String> {
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     let fails = [
-        (!matches!(done.status.code(), Some(1 | 2)), "another end"),
-        (said.contains("panicked") || said.contains("allocation of"), "it broke"),
-        (said.lines().count() != 1, "not one sentence"),
-        (!said.starts_with("mos: "), "no error is said"),
-        (!said.contains(named), "no file is named"),
-        (said.chars().any(|c| c.is_control() && c != '\n'), "a control is printed"),
-        (said.chars().count() > 4000, "an endless sentence"),
+        (!matches!(done.status.code(), Some(1 | 2)), "the exit status is neither 1 nor 2"),
+        (said.contains("panicked") || said.contains("allocation of"), "it panicked or could not allocate"),
+        (said.lines().count() != 1, "the message is not one line"),
+        (!said.starts_with("mos: "), "the message does not begin with `mos: `"),
+        (!said.contains(named), "the message does not name the file"),
+        (said.chars().any(|c| c.is_control() && c != '\n'), "a control character is printed"),
+        (said.chars().count() > 4000, "the message is too long"),
     ];
     let wrong = fails.iter().find(|f| f.0)?;
     Some(format!("{} ({:?}): {}", wrong.1, done.status.code(), said.chars().take(300).collect::<String>()))
@@ -83,7 +84,7 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
         fs::create_dir(&own).unwrap();
         make(&own.join(name));
         let arguments: Vec<&str> = arguments.iter().map(|a| if *a == "{}" { name } else { *a }).collect();
-        // The other file that a command needs is good, so that only the hostile one can be refused.
+        // Some commands need a second file. It is valid, so that only the hostile one can be refused.
         fs::write(own.join("good.csv"), "participant,scene,method,rating\np1,a,x,4\np2,a,x,5\np1,a,y,3\np2,a,y,2\n")
             .unwrap();
         if let Some(reason) = judge(&mos(&own, &arguments), name) {
@@ -107,16 +108,16 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
         let hole: &dyn Fn(&Path) = &|p| fs::File::create(p).and_then(|f| f.set_len(2 << 40)).unwrap();
         let socket: &dyn Fn(&Path) = &|p| drop(std::os::unix::net::UnixListener::bind(p).unwrap());
         for (what, make) in [
-            ("nothing there", none),
+            ("no file", none),
             ("a named pipe", &fifo),
             ("an endless device", zero),
             ("a socket", socket),
-            ("a hole of 2 TiB", hole),
-            ("no bytes", &|p| fs::write(p, "").unwrap()),
-            ("a byte-order mark", &|p| fs::write(p, "\u{feff}").unwrap()),
+            ("a sparse file of 2 TiB", hole),
+            ("an empty file", &|p| fs::write(p, "").unwrap()),
+            ("a byte-order mark alone", &|p| fs::write(p, "\u{feff}").unwrap()),
             ("zero bytes", &|p| fs::write(p, [0; 4096]).unwrap()),
-            ("no UTF-8", &|p| fs::write(p, [0xff; 4096]).unwrap()),
-            ("a terminal's command", &|p| fs::write(p, "\u{1b}[2J\u{9b}2J\n\u{1b}]0;x\u{7}\n").unwrap()),
+            ("invalid UTF-8", &|p| fs::write(p, [0xff; 4096]).unwrap()),
+            ("a terminal's control sequences", &|p| fs::write(p, "\u{1b}[2J\u{9b}2J\n\u{1b}]0;x\u{7}\n").unwrap()),
             ("100,000 open brackets", &|p| fs::write(p, "[".repeat(100_000)).unwrap()),
         ] {
             check(what, name, arguments, make);
@@ -125,22 +126,22 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
     let csv = "participant,scene,method,rating\n";
     for (what, text) in [
         ("a rating that is no number", format!("{csv}p1,a,x,NaN\n")),
-        ("a rating beyond all", format!("{csv}p1,a,x,1e999\n")),
+        ("a rating that overflows", format!("{csv}p1,a,x,1e999\n")),
         ("an infinite rating", format!("{csv}p1,a,x,inf\n")),
-        ("ratings beyond a sum", format!("{csv}p1,a,x,9e12\np1,a,x,9e12\n")),
+        ("ratings beyond 2·10⁹", format!("{csv}p1,a,x,9e12\np1,a,x,9e12\n")),
         ("too few fields", format!("{csv}p1,a\n")),
         ("too many fields", format!("{csv}p1,a,x,4,5\n")),
-        ("nobody", format!("{csv},a,x,4\n")),
+        ("an empty participant", format!("{csv},a,x,4\n")),
         ("no answers", csv.to_owned()),
         ("no column for ratings", "participant,scene\np1,a\n".to_owned()),
         ("a quote mark that stays open", format!("{csv}p1,\"{}", "a,\n".repeat(1 << 20))),
         ("a row of 3 MiB", format!("{csv}p1,{},x,4\n", "a".repeat(3 << 20))),
         ("a header of 3 MiB", "a".repeat(3 << 20)),
-        ("an answer twice", "participant,method,repetition,rating\np1,x,0,4\np1,x,0,4\n".to_owned()),
-        ("an unknown kind of a terminal", "participant,kind,rating\np1,\u{1b}[2J,4\n".to_owned()),
-        ("a repetition below none", "participant,repetition,rating\np1,-1,4\n".to_owned()),
+        ("an answer given twice", "participant,method,repetition,rating\np1,x,0,4\np1,x,0,4\n".to_owned()),
+        ("an unknown kind with a control sequence", "participant,kind,rating\np1,\u{1b}[2J,4\n".to_owned()),
+        ("a negative repetition", "participant,repetition,rating\np1,-1,4\n".to_owned()),
         (
-            "60,000 people in as many scenes",
+            "60,000 participants in as many scenes",
             (0..60_000).fold(csv.to_owned(), |text, i| text + &format!("p{i},s{i},x,4\n")),
         ),
         (
@@ -153,8 +154,8 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
     for (what, text) in [
         ("three columns", "1,2,3\n".to_owned()),
         ("words", "1\nfour\n".to_owned()),
-        ("no finite number", "1\nNaN\n".to_owned()),
-        ("numbers beyond all", "1\n1e999\n".to_owned()),
+        ("a number that is not finite", "1\nNaN\n".to_owned()),
+        ("a number that overflows", "1\n1e999\n".to_owned()),
         ("65 MiB", "1\n".repeat(33 << 20)),
     ] {
         check(what, "x.csv", &["wilcoxon", "{}"], &|p| fs::write(p, &text).unwrap());
@@ -164,14 +165,14 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
     let lines: Vec<&str> = text.lines().collect();
     let joined = |lines: Vec<&str>| lines.iter().map(|l| format!("{l}\n")).collect::<String>();
     for (what, text) in [
-        ("a line missing", joined([&lines[..3], &lines[4..]].concat())),
-        ("a line twice", joined([&lines[..4], &lines[3..]].concat())),
+        ("a missing line", joined([&lines[..3], &lines[4..]].concat())),
+        ("a repeated line", joined([&lines[..4], &lines[3..]].concat())),
         ("lines in another order", joined([&lines[..2], &[lines[3], lines[2]], &lines[4..]].concat())),
         ("no header", joined(lines[1..].to_vec())),
-        ("a digit changed", text.replacen("\"t_ns\":0", "\"t_ns\":1", 1)),
+        ("a changed digit", text.replacen("\"t_ns\":0", "\"t_ns\":1", 1)),
         ("two journals in one", text.repeat(2)),
-        ("an end torn off", text[..text.len() - 5].to_owned()),
-        ("65 MiB in a line", "x".repeat(65 << 20)),
+        ("a torn last line", text[..text.len() - 5].to_owned()),
+        ("a line of 65 MiB", "x".repeat(65 << 20)),
     ] {
         check(what, "x.jsonl", &["table", "{}"], &|p| fs::write(p, &text).unwrap());
     }
@@ -196,7 +197,7 @@ fn an_endless_standard_input_is_refused() {
     }
 }
 
-/// Names that a terminal, a spreadsheet, a page or a typesetter would obey.
+/// Names that a terminal, a spreadsheet, a browser or LaTeX would execute.
 const NAMES: [&str; 8] = [
     "\u{1b}[2J\u{9b}2J",
     "=HYPERLINK(\"http://x\")",
@@ -212,7 +213,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-/// Answers in which every participant and every scene has such a name.
+/// A table of answers in which participants, scenes and methods have such names.
 fn answers() -> String {
     let mut text = "participant,scene,method,rating\n".to_owned();
     for (i, who) in NAMES.iter().enumerate() {
@@ -278,7 +279,7 @@ fn a_table_that_was_exported_is_read_as_it_was() {
         load(std::slice::from_ref(path), &Selection { columns: Columns::default(), ..Selection::default() })
     };
     let before = read(&path).unwrap().data;
-    // What exports write for each cell of text.
+    // The form in which exports write each cell of text.
     let escape = |text: &str| cyclopean_analysis::escape::csv(text).into_owned();
     let mut written = csv::Writer::from_writer(Vec::new());
     for row in csv::ReaderBuilder::new().has_headers(false).from_reader(answers().as_bytes()).records() {

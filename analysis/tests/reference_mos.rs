@@ -1,4 +1,6 @@
-//! Compares with every number of the shared reference file on means, intervals, screening, Friedman and corrections.
+//! Compares means, intervals, screening, Friedman's test and corrections for multiple tests with reference numbers,
+//! which other programs (such as sureal) computed. They lie in `shared/data/mos.json` beside the repository. The tests
+//! are skipped, with a message, where that file is absent.
 
 use cyclopean_analysis::adjust::{Correction, adjust};
 use cyclopean_analysis::friedman::friedman;
@@ -19,7 +21,8 @@ struct Worst {
 impl Worst {
     fn check(&mut self, place: &str, got: f64, want: &Value) {
         let want = want.as_f64().unwrap_or_else(|| panic!("{place}: {want}"));
-        // Scores near zero (biases) are differences of ratings near one, so their tolerance is absolute.
+        // Biases are near zero but are differences of ratings of size one. Below 0.01 the tolerance is therefore
+        // absolute.
         let off = (got - want).abs() / want.abs().max(1e-2);
         assert!(off < 1e-12, "{place}: {got} instead of {want} ({off:e})");
         self.checked += 1;
@@ -105,7 +108,7 @@ fn screening() {
         worst.all(&format!("{name} bias-removed MOS"), &mos, &want["mos"]);
         worst.all(&format!("{name} bias-removed SEM"), &sem, &want["sem_or_sos"]);
         worst.all(&format!("{name} bias"), &bias, &want["observer_bias"]);
-        // P.913 12.4: bias removal, then BT.500 rejection; no stimulus is unanimous any more.
+        // P.913 § 12.4 removes biases and then rejects by BT.500. Without the biases no stimulus has unanimous votes.
         let want = &sureal["P913124Model"];
         let screened = bt500(&removed, Sigma::Population);
         for (i, o) in screened.observers.iter().enumerate() {

@@ -1,12 +1,13 @@
-//! Compares with every signed-rank number of the shared reference file: SciPy 1.17.1, R 4.2.2, coin 1.4-2,
-//! exactRankTests 0.8-35.
+//! Compares the signed-rank test with SciPy 1.17.1, R 4.2.2, coin 1.4-2 and exactRankTests 0.8-35, and looks for the z
+//! that the paper reports. The other programs' numbers lie in `shared/data/wilcoxon.json` beside the repository. The
+//! comparison is skipped, with a message, where that file is absent.
 
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, SignedRank, Zeros, signed_rank};
 use serde_json::Value;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/wilcoxon.json");
 
-/// The largest relative deviation met, and where.
+/// The largest relative deviation so far, the place where it was found, and how many numbers were compared.
 #[derive(Default)]
 struct Worst {
     checked: u32,
@@ -93,9 +94,10 @@ fn scipy(id: &str, d: &[f64], results: &Value, untied: bool, worst: &mut Worst) 
         worst.check(&place, Some(got.statistic), &want["statistic"]);
         match text("method") {
             "asymptotic" => {
-                // SciPy reports −|z| for two-sided tests; here z keeps its sign.
+                // SciPy reports −|z| for two-sided tests. This crate's z keeps its sign.
                 let z = if side == Alternative::TwoSided { got.z.map(|z| -z.abs()) } else { got.z };
-                // Where nothing differs SciPy splits the zeros into z = 0 and p = ½; here z is undefined and p = 1.
+                // If all differences are zero, SciPy may report z = 0 and p = ½. In this crate z is undefined and p is
+                // 1.
                 if d.iter().all(|v| *v == 0.0) {
                     assert_eq!((got.z, got.p_asymptotic), (None, Some(1.0)));
                     continue;
@@ -103,12 +105,12 @@ fn scipy(id: &str, d: &[f64], results: &Value, untied: bool, worst: &mut Worst) 
                 worst.check(&place, z, &want["z"]);
                 worst.check(&place, got.p_asymptotic, &want["p"]);
             }
-            // With ties or zeros SciPy's "exact" uses the null distribution without ties. That is an error of SciPy,
-            // not a reference.
+            // SciPy's "exact" uses the null distribution without ties even where there are ties or zeros. That is an
+            // error of SciPy and is not compared.
             "exact" if !untied => {}
             "exact" => worst.check(&place, got.p_exact, &want["p"]),
-            // SciPy's "auto": all sign flips up to 13 pairs, the null distribution without ties up to 50, else the
-            // normal one.
+            // SciPy's "auto" enumerates all signs for up to 13 pairs. For up to 50 pairs without ties it uses the exact
+            // null distribution, and otherwise the normal approximation.
             _ if d.len() <= 13 || (untied && d.len() <= 50) => worst.check(&place, got.p_exact, &want["p"]),
             _ => worst.check(&place, got.p_asymptotic, &want["p"]),
         }
@@ -141,19 +143,20 @@ fn r(id: &str, d: &[f64], results: &Value, untied: bool, worst: &mut Worst) {
     }
 }
 
-/// R printed 15 significant digits, so that 1e-12 remains well within them.
+/// Compares with a number of R, which printed 15 significant digits. They suffice for the tolerance of 1e-12.
 fn loose(worst: &mut Worst, place: &str, got: Option<f64>, want: &Value) {
     worst.check(place, got, want);
 }
 
 #[test]
 fn the_papers_line() {
-    // Thirty pooled participant × scene pairs give it: −2×2, −1×4, 0×5, 1×7, 2×9, 3×3.
+    // These 30 pooled differences, one for each participant and scene, give the paper's z and p.
     let counts = [(-2.0, 2), (-1.0, 4), (0.0, 5), (1.0, 7), (2.0, 9), (3.0, 3)];
     let d: Vec<f64> = counts.iter().flat_map(|(v, n)| std::iter::repeat_n(*v, *n)).collect();
     let r = run(&d, Zeros::Wilcox, Alternative::TwoSided, false);
     assert!((r.z.unwrap().abs() - 2.87002).abs() < 5e-6 && (r.p_asymptotic.unwrap() - 0.004104).abs() < 5e-7, "{r:?}");
-    // Ten participants who all lean one way by 6 + 2 + 1 + 1 tied steps are the nearest: −2.871.
+    // The nearest that the differences of ten participants come is −2.871. All ten have the same sign: six are 1, two
+    // are 2, one is 3 and one is 4.
     let ten = [-1., -1., -1., -1., -1., -1., -2., -2., -3., -4.];
     let r = run(&ten, Zeros::Wilcox, Alternative::TwoSided, false);
     assert_eq!(format!("{:.3}", r.z.unwrap()), "-2.871");
@@ -161,8 +164,8 @@ fn the_papers_line() {
 
 #[test]
 fn no_ten_participant_level_pairs_give_the_papers_z() {
-    // Every shape of |d| for up to ten pairs is a composition into tie groups; z depends on them, on the zeros
-    // and on R₊ alone, and R₊ takes every attainable sum.
+    // z depends only on the tie groups of |d|, on the number of zeros and on R₊. The loops go through all numbers of
+    // zeros and, by `cuts`, through all ways to divide the other differences into tie groups.
     for (rule, correction) in
         [Zeros::Wilcox, Zeros::Pratt, Zeros::Zsplit].into_iter().flat_map(|r| [(r, false), (r, true)])
     {
@@ -178,7 +181,8 @@ fn no_ten_participant_level_pairs_give_the_papers_z() {
                         level
                     })
                     .collect();
-                // |z| = 2.87 needs a small R₊ (or R₋): at most two small ranks carry the other sign.
+                // |z| = 2.87 needs a small R₊ or R₋, so that at most two small ranks can have the other sign. All signs
+                // of the four smallest differences are tried.
                 for flips in 0u32..1 << n.min(4) {
                     let mut d: Vec<f64> = magnitudes
                         .iter()

@@ -1,5 +1,6 @@
-//! Compares `examples/analysis.py` and `examples/analysis.R` on an export with `mos`. A test is skipped, with a
-//! message, where the interpreter or a library is missing.
+//! Runs `examples/analysis.py` and `examples/analysis.R` on an export and compares their tables with those of `mos`.
+//! Needs Python with pandas and SciPy, or R. A test is skipped, with a message, where the interpreter or a library is
+//! missing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,7 +12,7 @@ use serde_json::Value;
 #[allow(dead_code, reason = "the example's own main is not run here")]
 mod journals;
 
-/// The programs compute with the same numbers in another order.
+/// Relative tolerance, because the programs add the same numbers in another order.
 const TOLERANCE: f64 = 1e-12;
 
 fn mos(folder: &Path, arguments: &[&str]) -> Vec<u8> {
@@ -24,7 +25,8 @@ fn object(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&mos(folder, arguments)).unwrap()
 }
 
-/// Fourteen sessions of three scenes, three methods and two repetitions; one of them was cut off half-way.
+/// Writes 14 sessions with three scenes, three methods and two repetitions. One of them is cut off after three
+/// quarters.
 fn sessions(folder: &Path) {
     for session in 0..14 {
         let bytes = journals::lines(session, 3, 2, Kind::Simulated, false).unwrap();
@@ -36,7 +38,7 @@ fn sessions(folder: &Path) {
     }
 }
 
-/// The first program that runs `probe`; where there is none, prints why the test is skipped.
+/// Returns the first program that can run `probe`. If there is none, prints why the test is skipped.
 fn interpreter(names: &[&'static str], flag: &str, probe: &str, needs: &str) -> Option<&'static str> {
     let runs = |name: &&&str| Command::new(name).args([flag, probe]).output().is_ok_and(|out| out.status.success());
     let found = names.iter().find(runs).copied();
@@ -46,7 +48,8 @@ fn interpreter(names: &[&'static str], flag: &str, probe: &str, needs: &str) -> 
     found
 }
 
-/// Runs a script of `examples/` on an export; returns the rows of the tables that it wrote.
+/// Runs a script of `examples/` on an export. Returns the folder, and the rows and the headers of the two tables that
+/// it wrote.
 fn rows(interpreter: &str, script: &str) -> (tempfile::TempDir, [Vec<csv::StringRecord>; 2], [csv::StringRecord; 2]) {
     let folder = tempfile::tempdir().unwrap();
     sessions(folder.path());
@@ -70,7 +73,8 @@ fn close(found: &str, expected: &Value, what: &str) {
     assert!((found - expected).abs() <= TOLERANCE * expected.abs().max(1.0), "{what}: {found}, mos has {expected}");
 }
 
-/// Compares a script's tables with those of `mos`. `of_test`: column of the script → key of `mos test`.
+/// Compares a script's tables with those of `mos`. `of_test` pairs the columns of the script's `test.csv` with the keys
+/// of `mos test`.
 fn agrees(interpreter: &str, script: &str, of_test: &[(&str, &str)]) {
     let (folder, [cells, tests], [mos_head, test_head]) = rows(interpreter, script);
     let at = |head: &csv::StringRecord, name: &str| head.iter().position(|h| h == name).unwrap();
@@ -88,7 +92,7 @@ fn agrees(interpreter: &str, script: &str, of_test: &[(&str, &str)]) {
     }
     let said = object(folder.path(), &["test", "sessions", "--contrast", "method=stereo,sssr", "--json"]);
     let contrast = &said["contrasts"][0];
-    assert_eq!(contrast["n"], 13, "who was cut off has no whole sum: {contrast}");
+    assert_eq!(contrast["n"], 13, "the session that was cut off must be left out: {contrast}");
     for (column, key) in of_test {
         close(&tests[0][at(&test_head, column)], &contrast[*key], key);
     }

@@ -1,4 +1,5 @@
-//! Properties of the signed-rank test that must hold for every set of differences.
+//! Checks properties of the signed-rank test that must hold for every set of differences: with random sets, with all
+//! sign patterns of some sets, and with a few sets whose answer is known.
 
 use cyclopean_analysis::wilcoxon::{Alternative, Exact, Options, SignedRank, Zeros, signed_rank};
 use proptest::prelude::*;
@@ -19,7 +20,7 @@ fn close(a: Option<f64>, b: Option<f64>) -> bool {
 }
 
 proptest! {
-    // A failing case is printed; proptest has no source file beside an integration test to keep it in.
+    // Failing cases are only printed: beside an integration test proptest finds no place to keep them.
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
@@ -78,7 +79,7 @@ proptest! {
 
 #[test]
 fn the_upper_tail_with_half_ranks_is_whole() {
-    // The set on which an upper tail wrong by half a step gives 0.0469 for one sign and 0.03125 for the other.
+    // If the upper tail were wrong by half a step, this set would give 0.0469 with one sign and 0.03125 with the other.
     let d = [-1., -1., 2., 2., 3., 3., 4., 4.];
     let mirrored: Vec<f64> = d.iter().map(|v| -v).collect();
     for d in [&d[..], &mirrored] {
@@ -93,7 +94,7 @@ fn no_p_is_zero() {
     assert!(r.z.unwrap() > 60.0 && r.p_asymptotic.unwrap() > 0.0);
     let r = run(&d[..1500], Zeros::Wilcox, Alternative::TwoSided, false);
     assert!(r.p_exact.unwrap() > 0.0 && r.p_exact.unwrap() < 1e-300);
-    // All 500 signs agree: exactly 2·2⁻⁵⁰⁰.
+    // All 500 signs agree, so that p is exactly 2·2⁻⁵⁰⁰.
     assert_eq!(run(&d[..500], Zeros::Wilcox, Alternative::TwoSided, false).p_exact, Some(0.5f64.powi(499)));
 }
 
@@ -112,8 +113,8 @@ fn equal_pairs_are_never_significant() {
 
 #[test]
 fn size_by_enumeration_never_exceeds_the_level() {
-    // Given |d|, all 2ⁿ patterns of signs are equally likely for exchangeable methods, so the size is the share of
-    // patterns with p ≤ 5 %.
+    // If the methods are exchangeable, all 2ⁿ sign patterns of given |d| are equally likely. The size of the test is
+    // therefore the share of patterns with p ≤ 5 %.
     let sets: [&[f64]; 4] = [
         &[1., 1., 1., 1., 2., 2., 2., 3., 3., 4., 4., 5.],
         &[1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12.],
@@ -136,7 +137,7 @@ fn size_by_enumeration_never_exceeds_the_level() {
 
 #[test]
 fn large_samples_are_quick() {
-    // The limit is generous for a loaded machine and an unoptimised build.
+    // The limit allows for a loaded machine and an unoptimised build.
     let d: Vec<f64> = (0..500).map(|i| f64::from((i * 7919) % 41 - 20)).collect();
     let start = std::time::Instant::now();
     run(&d, Zeros::Wilcox, Alternative::TwoSided, false);

@@ -1,9 +1,10 @@
-//! The exact test keeps its level for exchangeable methods. This is shown by enumeration, without Monte Carlo error.
+//! Checks by enumeration, without Monte Carlo error, that the exact test keeps its level of 5 % if the methods are
+//! exchangeable.
 
 use cyclopean_analysis::power::{Rate, rejection_of_votes};
 use cyclopean_analysis::wilcoxon::tails;
 
-/// Given |d| with `groups[v]` differences of magnitude v + 1, the probability that p ≤ 5 %.
+/// The probability that p ≤ 5 %, given |d| with `groups[v]` differences of magnitude v + 1.
 fn conditional_size(groups: &[u64]) -> f64 {
     let mut doubled = Vec::new();
     let mut ranks = Vec::new();
@@ -14,7 +15,7 @@ fn conditional_size(groups: &[u64]) -> f64 {
         ranks.push((rank, *n));
         before += n;
     }
-    // The distribution of the doubled R₊ by plain convolution, independent of the crate's own code.
+    // The distribution of the doubled R₊ is found by plain convolution, without the crate's own code.
     let total: u64 = doubled.iter().sum();
     let mut p = vec![0.0; total as usize + 1];
     p[0] = 1.0;
@@ -36,7 +37,8 @@ fn exact_size_for_every_five_point_sample_of_up_to_sixteen() {
         for a in 0..=n {
             for b in 0..=n - a {
                 for c in 0..=n - a - b {
-                    // Every sample of up to n differences. Those left out are zeros, which are dropped.
+                    // Every sample of n differences that are not zero. Zeros are dropped and need no samples of their
+                    // own.
                     let groups = [a, b, c, n - a - b - c];
                     let size = conditional_size(&groups);
                     tried += 1;
@@ -53,8 +55,8 @@ fn exact_size_for_every_five_point_sample_of_up_to_sixteen() {
 
 #[test]
 fn equal_means_of_different_shapes_are_another_null() {
-    // Everybody says 4, or nearly everybody says 4 or 5 and a few say 1: the mean is 4 both times, the median
-    // difference is not 0, and one scene with ten people is rejected in 12 % of studies.
+    // With `a` everybody votes 4. With `b` most vote 4 or 5, and 19 % vote 1. Both means are 4, but the median
+    // difference is not 0. With ten participants and one scene the test rejects in 12 % of studies.
     let a = [0.0, 0.0, 0.0, 1.0, 0.0];
     let b = [0.19, 0.0, 0.0, 0.24, 0.57];
     let r = rejection_of_votes(&a, &b, 10, 0.05).unwrap();
