@@ -1,13 +1,14 @@
-# Reads what `mos export` wrote and computes it once more with base R.
+# Reads an export of `mos export` and computes its mean opinion scores and tests again with base R.
 #
 #     mos export sessions/STUDY -o export
 #     Rscript analysis.R export [A B]
 #
-# Prints, for each study, mean opinion scores by scene and method with 90 % intervals, and the signed-rank test of method A
-# against method B (the first two in alphabetical order where none are named). Writes mos.csv, test.csv and mos.pdf into
-# the same folder. The figures are those of `mos table` and `mos test`: the participant is the unit, zero differences are
-# dropped before ranking, p is asymptotic without continuity correction. The exact p of `mos` allows for ties, which
-# wilcox.test does not; package `coin` does. A mixed model of the same file is in the folder's own analysis.R.
+# For each study, prints the mean opinion scores by scene and method with 90 % intervals, and the signed-rank test of
+# method A against method B. Without A and B the first two methods in alphabetical order are tested. Writes mos.csv,
+# test.csv and mos.pdf into the export's folder. The figures agree with those of `mos table` and `mos test`: the
+# participant is the unit, zero differences are dropped before ranking, and p is asymptotic without continuity
+# correction. The exact p of `mos` allows for ties. That of wilcox.test does not, but that of the package `coin` does.
+# The export's own analysis.R fits a mixed model to the same file.
 
 level <- 0.90
 arguments <- commandArgs(trailingOnly = TRUE)
@@ -19,7 +20,7 @@ kinds <- unique(trials$kind)
 if (length(kinds) != 1) stop(folder, " holds sessions of several kinds; export one with --kind")
 if (kinds != "real") cat("***", toupper(kinds), "data ***\n")
 
-# Means, standard deviations and intervals; the unit is the participant.
+# Means, standard deviations and intervals over participants.
 people <- aggregate(rating ~ participant + method + scene + study, trials, mean)
 cells <- aggregate(rating ~ method + scene + study, people, function(x) c(n = length(x), mean = mean(x), sd = sd(x)))
 mos <- data.frame(cells[c("study", "scene", "method")], cells$rating)
@@ -27,7 +28,7 @@ half <- qt(0.5 + level / 2, pmax(mos$n - 1, 1)) * mos$sd / sqrt(mos$n)
 mos$lo <- mos$mean - half
 mos$hi <- mos$mean + half
 
-# The signed-rank test of the sums of those who have every cell of both methods.
+# The signed-rank test of each participant's sum of votes, for the participants who have every cell of both methods.
 signed_rank <- function(trials, a, b) {
   trials <- trials[trials$method %in% c(a, b), ]
   votes <- tapply(trials$rating, list(trials$participant, interaction(trials$scene, trials$repetition), trials$method), sum)

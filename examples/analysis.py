@@ -1,15 +1,16 @@
-"""Reads what `mos export` wrote and computes it once more with pandas and SciPy.
+"""Reads an export of `mos export` and computes its mean opinion scores and tests again with pandas and SciPy.
 
     mos export sessions/STUDY -o export
     python3 analysis.py export [A B]
 
-Prints, for each study, mean opinion scores by scene and method with 90 % intervals, and the signed-rank test of method A
-against method B (the first two in alphabetical order where none are named). Writes `mos.csv`, `test.csv` and, where
-matplotlib is installed, `mos.png` into the same folder. The figures are those of `mos table` and `mos test`:
+For each study, prints the mean opinion scores by scene and method with 90 % intervals, and the signed-rank test of
+method A against method B. Without A and B the first two methods in alphabetical order are tested. Writes `mos.csv` and
+`test.csv` into the export's folder, and `mos.png` where matplotlib is installed. The figures agree with those of
+`mos table` and `mos test`:
 
-* a score is the mean of the participants' mean votes; its interval is Student's t over participants;
-* a test pairs the sums of the participants who have every cell of both methods, drops zero differences before ranking,
-  and is exact given the sizes of the differences, ties included.
+* A score is the mean of the participants' mean votes. Its interval is Student's t over participants.
+* A test pairs the sums of votes of the participants who have every cell of both methods. It drops zero differences
+  before ranking. Its exact p is exact given the sizes of the differences, also where they tie.
 """
 
 import itertools
@@ -24,7 +25,7 @@ LEVEL = 0.90
 
 
 def scores(trials):
-    """Mean, standard deviation and interval of each cell; the unit is the participant."""
+    """Mean, standard deviation and interval of each cell over participants."""
     people = trials.groupby(["study", "scene", "method", "participant"])["rating"].mean()
     table = people.groupby(["study", "scene", "method"]).agg(n="count", mean="mean", sd="std").reset_index()
     half = stats.t.ppf(0.5 + LEVEL / 2, (table["n"] - 1).clip(lower=1)) * table["sd"] / np.sqrt(table["n"])
@@ -33,7 +34,10 @@ def scores(trials):
 
 
 def differences(trials, a, b):
-    """Sum of a's ratings less sum of b's, for the participants who have every cell of both."""
+    """For each participant who has every cell of both methods, the sum of a's ratings minus that of b's.
+
+    Also returns the number of ratings in each sum.
+    """
     trials = trials[trials["method"].isin([a, b])]
     cells = trials.pivot_table(
         index="participant", columns=["method", "scene", "repetition"], values="rating", aggfunc="sum"
@@ -42,7 +46,7 @@ def differences(trials, a, b):
 
 
 def exact_p(d):
-    """Two-sided p of min(R+, R-) over all signs of the differences, which are not 0; mid-ranks for ties."""
+    """Two-sided p of min(R+, R-) over all signs of the differences, none of which may be 0. Ties have mid-ranks."""
     ranks = stats.rankdata(np.abs(d))
     smaller = min(ranks[d > 0].sum(), ranks[d < 0].sum())
     sums = {0.0: 1}
@@ -56,7 +60,7 @@ def exact_p(d):
 
 
 def signed_rank(trials, a, b):
-    """One row: the test of a against b."""
+    """The test of a against b, as one row of the table."""
     d, votes = differences(trials, a, b)
     used = d[d != 0].to_numpy(float)
     row = {"a": a, "b": b, "n": len(d), "zeros": int((d == 0).sum()), "mean_difference": d.mean() / votes}
@@ -65,18 +69,18 @@ def signed_rank(trials, a, b):
     ranks = stats.rankdata(np.abs(used))
     plus, expected = ranks[used > 0].sum(), ranks.sum() / 2
     z = (plus - expected) / np.sqrt((ranks**2).sum() / 4)
-    # SciPy's own test, without continuity correction; its exact one knows no ties.
+    # SciPy's own test gives the asymptotic p, without continuity correction. Its exact p does not allow for ties.
     mode = {"correction": False, "zero_method": "wilcox"}
     try:
         p_scipy = stats.wilcoxon(used, method="asymptotic", **mode).pvalue
-    except ValueError:  # SciPy before 1.13 says "approx".
+    except ValueError:  # Before version 1.13 SciPy calls this method "approx".
         p_scipy = stats.wilcoxon(used, method="approx", **mode).pvalue
     return {**row, "r_plus": plus, "r_minus": ranks.sum() - plus, "z": z, "p_exact": exact_p(used),
             "p_asymptotic": p_scipy}
 
 
 def plot(table, path):
-    """Means with intervals, one panel a study."""
+    """Draws the means with their intervals, with one panel for each study."""
     try:
         import matplotlib
     except ImportError:
@@ -93,7 +97,7 @@ def plot(table, path):
         for (i, method), marker in zip(enumerate(methods), itertools.cycle("os^D")):
             of = rows[rows["method"] == method]
             x = np.array([scenes.index(s) for s in of["scene"]]) + 0.15 * (i - (len(methods) - 1) / 2)
-            # One participant has no interval.
+            # The mean of a single participant has no interval.
             half = (of["hi"] - of["mean"]).fillna(0)
             axis.errorbar(x, of["mean"], yerr=half, fmt=marker, capsize=3, label=method)
         axis.set_xticks(range(len(scenes)), scenes)
