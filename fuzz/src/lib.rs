@@ -1,4 +1,4 @@
-//! The targets of `tests/fuzz` for libFuzzer; one program each, see README.md.
+//! Runs the targets of `tests/fuzz` under libFuzzer, with one program for each target. See README.md.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,17 +6,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[path = "../../tests/fuzz/targets/mod.rs"]
 pub mod targets;
 
-/// Runs the target of this name, which may use `most` bytes.
+/// Runs the target of this name, which may use `most` bytes of memory.
 ///
 /// # Panics
-/// Where the target does.
+/// If the target panics, or if it asks for more memory.
 pub fn run(name: &str, most: usize, bytes: &[u8]) {
     MOST.store(most, Ordering::Relaxed);
     let target = targets::ALL.iter().find(|target| target.name == name).expect("a target");
     (target.run)(bytes);
 }
 
-/// The fuzzer's function for the target of this name, which may use so many GiB.
+/// Defines the fuzzer's entry function for the target of this name, which may use this many GiB.
 #[macro_export]
 macro_rules! target {
     ($name:literal, $most:literal GiB) => {
@@ -24,7 +24,7 @@ macro_rules! target {
     };
 }
 
-/// Counts what is allocated: libFuzzer looks at the memory of the process once a second, and misses what is gone by then.
+/// Counts the allocated bytes. libFuzzer looks at the memory of the process only once a second and misses short peaks.
 struct Counted;
 
 #[global_allocator]
@@ -36,36 +36,36 @@ fn take(size: usize) {
     let before = IN_USE.fetch_add(size, Ordering::Relaxed);
     let most = MOST.load(Ordering::Relaxed);
     if before.saturating_add(size) > most {
-        // The words take a few bytes themselves.
+        // The message of the panic needs a few bytes itself.
         MOST.store(usize::MAX, Ordering::Relaxed);
         panic!("more than {most} bytes are in use: {before}, and {size} more are asked for");
     }
 }
 
-// SAFETY: every call is handed to the system's allocator as it came; what is counted beside it changes nothing there.
+// SAFETY: every call is passed to the system's allocator unchanged, and counting does not affect it.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         take(layout.size());
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller keeps the contract of `alloc`.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         take(layout.size());
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller keeps the contract of `alloc_zeroed`.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         take(size.saturating_sub(layout.size()));
         IN_USE.fetch_sub(layout.size().saturating_sub(size), Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller keeps the contract of `realloc`.
         unsafe { System.realloc(at, layout, size) }
     }
 
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller keeps the contract of `dealloc`.
         unsafe { System.dealloc(at, layout) }
     }
 }

@@ -1,4 +1,4 @@
 #![no_main]
 
-// A scene may take half of the memory that the program may use: `fuzz/run` allows 2.5 GiB.
+// A scene may take half of the program's address space, which `fuzz/run` limits to 2.5 GiB.
 cyclopean_fuzz::target!("gltf", 2 GiB);
