@@ -4,7 +4,7 @@
 Needs PyTorch with torchvision, and the network's own package: `lpips` (Zhang et al. 2018), `stlpips_pytorch`
 (Ghildyal & Liu 2022) or `DISTS_pytorch` (Ding et al. 2020). The weights are theirs, under their licences.
 
-The file's contract, also for networks of other origin:
+`cyclopean compare` reads any network whose ONNX file has:
 - two inputs, the reference and then the picture, each 1 x 3 x height x width of 32-bit floats: red, green and blue,
   sRGB-encoded, from 0 to 1; height and width are free;
 - one output, a single number; 0 means alike;
@@ -16,12 +16,12 @@ import sys
 import types
 
 
-# Packages that `stlpips_pytorch` imports and does not use here, each with the name that it takes.
+# Packages that `stlpips_pytorch` imports but does not need here, each with the name that it imports from them.
 UNUSED = {"torchsummary": "summary", "IPython": "embed"}
 
 
 def package(name, wanted_for):
-    """The module, or a sentence that says what to install."""
+    """Imports a module, or exits with a sentence that says what to install."""
     import importlib
 
     try:
@@ -66,7 +66,7 @@ NETWORKS = {
 
 
 def build(torch, name):
-    """The network as a module of two inputs and one number."""
+    """The network as a module with two inputs and one number as its output."""
     network, distance = NETWORKS[name](torch)
 
     class Distance(torch.nn.Module):
@@ -81,7 +81,7 @@ def build(torch, name):
 
 
 def smallest_side(torch, network):
-    """The smallest square that the network takes, found by asking it."""
+    """The side of the smallest square picture that the network accepts, found by trying."""
     for side in range(1, 257):
         try:
             black = torch.zeros(1, 3, side, side)
@@ -93,10 +93,10 @@ def smallest_side(torch, network):
 
 
 def metadata(key, value):
-    """An entry of ONNX metadata as protocol buffer: field 14 of the model, itself of a key (1) and a value (2)."""
+    """An entry of ONNX metadata in protocol buffer form: field 14 of the model, with a key (1) and a value (2)."""
 
     def field(number, content):
-        assert len(content) < 128, "one byte of length"
+        assert len(content) < 128, "the length does not fit in one byte"
         return bytes([number << 3 | 2, len(content)]) + content
 
     return field(14, field(1, key.encode()) + field(2, value.encode()))
@@ -107,7 +107,7 @@ def main():
     parser.add_argument("network", choices=sorted(NETWORKS))
     parser.add_argument("file", help="the ONNX file to write")
     parser.add_argument(
-        "--random-weights", action="store_true", help="do not load the trunk's weights: to test, not to measure"
+        "--random-weights", action="store_true", help="do not load the trunk's weights; for tests, not for measurements"
     )
     arguments = parser.parse_args()
     torch = package("torch", "every network")
@@ -129,14 +129,14 @@ def main():
             opset_version=13,
             **({"dynamo": False} if "dynamo" in torch.onnx.export.__code__.co_varnames else {}),
         )
-    # Entries may stand anywhere in a protocol buffer, so also at its end.
+    # The fields of a protocol buffer may come in any order, so the entry can be appended.
     with open(arguments.file, "ab") as file:
         file.write(metadata("smallest_side", str(side)))
     print(f"{arguments.file}: {arguments.network}, pictures of at least {side} x {side} pixels")
 
 
 def without_weights():
-    """Makes torchvision build its trunks without downloading what they have learnt."""
+    """Makes torchvision build its trunks without downloading their weights."""
     models = package("torchvision.models", "every network but st-lpips-alex")
     for name in ("alexnet", "vgg16", "squeezenet1_1"):
         original = getattr(models, name)

@@ -1,4 +1,6 @@
-//! Ambient occlusion: what each way promises, on scenes whose answer is known and on a room.
+//! Tests the methods for ambient occlusion on scenes whose occlusion is known, and compares them with each other and
+//! with the ray-traced one in a room. The oracle of the ray-traced method is an integral over the hemisphere. Needs a
+//! Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -35,7 +37,7 @@ fn slices(eyes: &[Vec<f32>; 2]) -> [&[f32]; 2] {
     eyes.each_ref().map(Vec::as_slice)
 }
 
-/// A floor and a wall that meet at right angles, two metres before the eyes; both go far beyond the view.
+/// A floor and a wall that meet at right angles, about two metres before the eyes. Both extend far beyond the view.
 fn corner() -> Scene {
     let floor = place([40.0, 1.0, 20.0], DQuat::IDENTITY, [0.0, 0.0, 8.0]);
     let wall = place([40.0, 1.0, 40.0], upright(), [0.0, 20.0, -2.0]);
@@ -72,7 +74,8 @@ fn eyes_in_one_place_have_the_value_of_one() {
             let found = of(ao);
             let off = mono.iter().flatten().zip(found.iter().flatten()).map(|(a, b)| (a - b).abs());
             let off = off.fold(0.0, f32::max);
-            // What an adaptive method does again it does by the same steps; only 16 bits between two passes may differ.
+            // An adaptive method repeats the same steps for some pixels. They may differ only where a value is stored
+            // with 16 bits between two passes.
             assert!(off < 1e-4, "{} is {off} off mono, {streams:?}", ao.name());
         }
     }
@@ -88,7 +91,7 @@ fn the_oracle_is_the_integral_over_the_hemisphere() {
     let (mut compared, mut worst) = (0, 0.0f64);
     for y in (32..64).step_by(3) {
         let i = y * 96 + 48;
-        // On the floor, this far before the wall.
+        // The point on the floor that this pixel sees, and from it the distance to the wall.
         let fov = &camera.fov;
         let ray = DVec3::new(
             fov.left_rad.tan() + (fov.right_rad.tan() - fov.left_rad.tan()) * 48.5 / 96.0,
@@ -109,8 +112,8 @@ fn the_oracle_is_the_integral_over_the_hemisphere() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// What a place on the floor sees of its surroundings `away` metres before an endless wall: 1 − the cosine-weighted mean of
-/// max(1 − t²/radius², 0), by the midpoint rule over the unit disk of directions.
+/// The ambient visibility of a place on the floor, `away` metres before an endless wall. It is 1 minus the
+/// cosine-weighted mean of max(1 − t²/radius², 0), integrated by the midpoint rule over the unit disk of directions.
 fn before_a_wall(away: f64, radius: f64) -> f64 {
     const N: i32 = 600;
     let (mut hidden, mut all) = (0.0, 0u32);
@@ -152,10 +155,10 @@ fn corners_are_darker_and_open_places_are_not_occluded() {
     let corner = Arc::new(corner());
     for ao in ALL {
         let seen = visibility(&render(&gpu, &open, "sssr", &small(ao)));
-        assert!(seen.iter().flatten().all(|v| *v == 1.0), "{}: a plane hides nothing of itself", ao.name());
+        assert!(seen.iter().flatten().all(|v| *v == 1.0), "{}: a plane is occluded by itself", ao.name());
         let seen = visibility(&render(&gpu, &corner, "sssr", &small(ao)));
         for eye in &seen {
-            // The column in the middle: wall above, floor below; the darkest pixel lies where they meet.
+            // The middle column shows the wall above and the floor below. Its darkest pixel lies where they meet.
             let column: Vec<f32> = (0..64).map(|y| eye[y * 96 + 48]).collect();
             let (darkest, least) = column.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).expect("pixels");
             assert!(*least < 0.85 && (15..50).contains(&darkest), "{}: {least} at row {darkest}", ao.name());
@@ -167,7 +170,7 @@ fn corners_are_darker_and_open_places_are_not_occluded() {
 #[test]
 fn only_light_from_around_is_occluded() {
     let gpu = gpu();
-    // Rough, so that no reflection is traced.
+    // The surfaces are so rough that no reflection is traced.
     let mut lit = corner();
     let light = LightSource::Directional { direction: Vec3::new(0.0, -1.0, -1.0).normalize(), irradiance: Vec3::ONE };
     lit.lights.push(light.into());
@@ -179,7 +182,8 @@ fn only_light_from_around_is_occluded() {
     let around = render(&gpu, &dark, "sssr", &small(Ao::None));
     for (eye, seen) in seen.iter().enumerate() {
         for (i, visible) in seen.iter().enumerate() {
-            // The light's share stays; what comes from around is multiplied by the visibility. fp16 in between.
+            // The light's own share stays, and the light from around is multiplied by the visibility. The tolerance
+            // allows for images in fp16.
             let [open, dimmed, around] = [&open, &dimmed, &around].map(|r| f64::from(r.linear.eyes[eye][i][1]));
             let expected = open - around * (1.0 - f64::from(*visible));
             assert!((dimmed - expected).abs() < 4e-3 * open.max(0.1), "{dimmed} and {expected} at {i}");
@@ -187,7 +191,7 @@ fn only_light_from_around_is_occluded() {
     }
 }
 
-/// Share of the pixels that differ visibly between the eyes, of a frame of `prepared`.
+/// The share of pixels that differ visibly between the eyes, with the surfaces of `prepared` and the visibility `seen`.
 fn inconsistent(prepared: &Prepared, seen: &[Vec<f32>; 2]) -> f64 {
     let geometry = prepared.geometry().expect("readable");
     let eyes = geometry.eyes.each_ref().map(|eye| EyeSurfaces {
@@ -232,7 +236,7 @@ fn work_between_the_eyes_makes_them_alike_as_the_seed_says() {
     assert!(error(variant2, fsa) < 0.2 * error(variant1, fsa));
     assert!(error(variant1, fsa) < 0.9 * error(mono, fsa));
     assert!(error(fsa, rays) < error(mono, rays));
-    // The estimate is of the oracle's size.
+    // On average the screen-space estimate is close to the ray-traced one.
     let means = [fsa, rays].map(|of| mean(of.1.iter().flatten().map(|v| f64::from(*v))).expect("pixels"));
     assert!((means[0] - means[1]).abs() < 0.05, "{means:?}");
 }
@@ -258,7 +262,7 @@ fn a_guard_band_shows_the_same_occlusion() {
         let [plain, guarded] = ["stereo", "stereo-guardband"].map(|m| visibility(&render(&gpu, &scene, m, &small(ao))));
         assert_eq!(plain[0].len(), guarded[0].len());
         let off = mean_absolute_error(slices(&plain), slices(&guarded)).expect("pixels");
-        // Other pixels, other random numbers, and more that is seen beyond the border.
+        // With a guard band the pixels and their random numbers are others, and more can be seen beyond the border.
         assert!(off < 0.03, "{}: {off}", ao.name());
     }
 }

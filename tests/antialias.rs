@@ -1,4 +1,5 @@
-//! Edges against their coverage, and what antialiasing must leave alone.
+//! Tests antialiasing: an edge pixel must be the mean of the same view drawn more finely, and the reflections must stay
+//! the same. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -10,7 +11,7 @@ use cyclopean::scene::Scene;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pictures::{glowing, gpu, hall, look, plane, render, scene, settings};
 
-/// A glowing square, turned about the view's axis, before darkness.
+/// A glowing square before a black ground, turned about the axis of the view.
 fn square() -> Arc<Scene> {
     let turn = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let place = DAffine3::from_scale_rotation_translation(DVec3::splat(1.3), turn, DVec3::ZERO);
@@ -24,7 +25,7 @@ fn an_edge_pixel_has_the_share_of_its_fine_samples() {
     let (width, height) = (48u32, 32u32);
     for finer in [2u32, 4] {
         let smooth = render(&gpu, &scene, "sssr", &Settings { antialias: finer, ..settings(width, height) });
-        // The same view drawn so finely by itself.
+        // The oracle is the same view, drawn at the finer resolution without antialiasing.
         let fine = render(&gpu, &scene, "sssr", &settings(width * finer, height * finer));
         let mut partial = 0;
         for eye in 0..2 {
@@ -52,7 +53,7 @@ fn reflections_keep_their_bits_and_their_place() {
     for method in ["sssr", "stereo-guardband", "path-traced@2"] {
         let plain = render(&gpu, &scene, method, &settings(64, 48));
         let smooth = render(&gpu, &scene, method, &Settings { antialias: 2, ..settings(64, 48) });
-        assert!(plain.reflection == smooth.reflection, "{method}: the reflections are others");
+        assert!(plain.reflection == smooth.reflection, "{method}: antialiasing changed the reflections");
         assert!(plain.linear != smooth.linear, "{method}: nothing was antialiased");
         let mean = |p: &cyclopean::picture::StereoPicture| {
             p.eyes.iter().flatten().map(|t| f64::from(t[0] + t[1] + t[2])).sum::<f64>()

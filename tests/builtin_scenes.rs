@@ -1,4 +1,5 @@
-//! The five built-in scenes: what a study may rely on.
+//! Tests the five built-in scenes: their roughness against Table 1 of the paper, their meshes, manifests and exports,
+//! and the commands `scene list`, `scene check` and `scene export`. Needs no GPU.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +9,7 @@ use cyclopean::scene::manifest::{Geometry, Manifest};
 use cyclopean::scene::survey::{Survey, survey};
 use cyclopean::scene::{self, Scene, builtin};
 
-/// Table 1 of the paper: scene, roughness range, mean roughness of its reflective materials.
+/// Table 1 of the paper: each scene with the least, the largest and the mean roughness of its reflective materials.
 const TABLE_1: [(&str, f32, f32, f32); 5] = [
     ("pica", 0.069, 0.600, 0.421),
     ("room", 0.0, 0.634, 0.390),
@@ -17,7 +18,8 @@ const TABLE_1: [(&str, f32, f32, f32); 5] = [
     ("temple", 0.036, 0.624, 0.416),
 ];
 
-/// Low detail: the same materials, views and lights in less time; each loaded once.
+/// A built-in scene at low detail, which has the same materials, views and lights but loads faster. Each is loaded
+/// once.
 fn coarse(name: &str) -> &'static Scene {
     static SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
         let load = |name: &&str| {
@@ -33,11 +35,11 @@ fn detail(name: &str) -> f64 {
     let manifest: Manifest = serde_json::from_str(builtin::manifest(name).expect("a manifest")).expect("valid");
     match manifest.geometry {
         Some(Geometry::Builtin { detail, .. }) => detail,
-        _ => panic!("{name} is not made by code"),
+        _ => panic!("the geometry of {name} is not a built-in one"),
     }
 }
 
-/// Signed volume of a primitive: positive when its triangles face outwards.
+/// The signed volume of a primitive, which is positive if its triangles face outwards.
 fn volume(p: &scene::Primitive) -> f64 {
     let at = |i: u32| p.positions[i as usize].as_dvec3();
     p.indices.chunks(3).map(|t| at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6.0).sum()
@@ -82,7 +84,7 @@ fn solids_face_outwards_and_have_unit_normals_on_their_side() {
         let scene = coarse(name);
         for p in &scene.primitives {
             assert!(volume(p) > 0.0, "{name}: `{}` is inside out", p.name);
-            // A shading normal turned away from its face would light the wrong side.
+            // A shading normal that is turned away from its face would light the wrong side.
             let against = p.indices.chunks(3).filter(|t| {
                 let [a, b, c] = [t[0], t[1], t[2]].map(|i| p.positions[i as usize]);
                 let face = (b - a).cross(c - a).normalize_or_zero();
@@ -121,7 +123,7 @@ fn the_same_bytes_every_time_and_an_export_is_the_same_scene() {
             .all(|(a, b)| a.positions == b.positions && a.indices == b.indices)
     );
     assert_eq!(exported.views, own.views);
-    // The manifest beside it loads as well, and is the same scene again.
+    // The manifest beside it can be loaded as well, and gives the same scene.
     let through =
         scene::load(&out.join("pica.cyclopean.json").to_string_lossy()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(through.content_sha256, own.content_sha256);
@@ -131,7 +133,7 @@ fn the_same_bytes_every_time_and_an_export_is_the_same_scene() {
 fn moving_things_move_and_stills_know_where_they_were() {
     let mut scene = coarse("pink").clone();
     let moved = |s: &Scene| s.instances.iter().filter(|i| i.world_from_object != i.previous_world_from_object).count();
-    assert!(moved(&scene) > 0, "stills at t = 0 have a previous place");
+    assert!(moved(&scene) > 0, "at t = 0 no instance has another previous place");
     let before = scene.instances.clone();
     scene.set_time(1.0, 1.0 / 90.0);
     let elsewhere =
@@ -203,7 +205,7 @@ fn the_schema_in_the_scenes_folder_is_the_types_own_and_the_manifests_follow_it(
         std::fs::write(&path, &text).expect("written");
     }
     let stored = std::fs::read_to_string(&path).expect("scenes/schema.json");
-    assert_eq!(stored, text, "run this test once with CYCLOPEAN_RENEW=1");
+    assert_eq!(stored, text, "scenes/schema.json is outdated; run this test once with CYCLOPEAN_RENEW=1");
     let validator = jsonschema::validator_for(&schema).expect("a valid schema");
     for name in builtin::NAMES {
         let manifest = serde_json::from_str(builtin::manifest(name).expect("a manifest")).expect("JSON");

@@ -1,8 +1,8 @@
-//! Files that import each other in a circle.
+//! Finds files that import each other in a circle.
 //!
 //! A file imports another when it names something that the other defines, directly or through a `pub use`. What a file
-//! takes from a module that it belongs to (`super`, an ancestor's `mod.rs`) does not count: a folder's parts share what
-//! its `mod.rs` defines. Tests inside a file do not count either.
+//! takes from a module that contains it (`super`, an ancestor's `mod.rs`) does not count, because the files of a folder
+//! share what its `mod.rs` defines. Tests inside a file do not count either.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,18 +10,19 @@ use super::source::{module_of, named_modules, paths_that_begin, public_uses};
 
 type Module = Vec<String>;
 
-/// The modules of one crate, with what each names and what it hands on by `pub use`.
+/// The modules of one crate, with the paths that each names and those that it re-exports by `pub use`.
 struct Crate<'a> {
     files: BTreeMap<Module, &'a str>,
     named: BTreeMap<Module, Vec<Module>>,
     handed_on: BTreeMap<Module, Vec<Module>>,
 }
 
-/// Every import that lies on a circle, one line each; `sources` are the files of one crate: path and text.
+/// Every import on a circle or between two circles, one line each. `sources` has the path and the text of each file of
+/// one crate.
 pub fn circles(sources: &[(String, String)]) -> Vec<String> {
     let parts = Crate::read(sources);
     let mut imports = parts.imports();
-    // What imports nothing more, or is imported by nothing more, lies on no circle.
+    // A file that imports none of the remaining files, or that none of them imports, lies on no circle.
     loop {
         let imported: BTreeSet<Module> = imports.values().flatten().cloned().collect();
         let ends: Vec<Module> =
@@ -53,14 +54,14 @@ impl<'a> Crate<'a> {
 
     fn imports(&self) -> BTreeMap<Module, BTreeSet<Module>> {
         let of = |from: &Module, named: &Vec<Module>| -> BTreeSet<Module> {
-            // A `mod.rs` that only hands a name on does not depend on it.
+            // A `mod.rs` that only re-exports a name does not depend on it.
             let used = named.iter().filter(|path| !self.handed_on[from].contains(path));
             used.filter_map(|path| self.definer(path, 8)).filter(|to| !from.starts_with(to)).collect()
         };
         self.named.iter().map(|(from, named)| (from.clone(), of(from, named))).collect()
     }
 
-    /// The file in which the last word of `path` is defined, through at most `steps` files that hand it on.
+    /// The file that defines the last word of `path`, found through at most `steps` re-exports.
     fn definer(&self, path: &[String], steps: usize) -> Option<Module> {
         let length = (0..=path.len()).rev().find(|n| self.files.contains_key(&path[..*n]))?;
         let module = path[..length].to_vec();
@@ -72,7 +73,7 @@ impl<'a> Crate<'a> {
     }
 }
 
-/// What a source names: paths from the crate's root, and those that begin at a module inside its own.
+/// The paths that a source names, from the crate's root, including those that it writes from a module inside its own.
 fn names(text: &str, module: &Module, files: &BTreeMap<Module, &str>) -> Vec<Module> {
     let inside = |word: &str| -> Module { module.iter().cloned().chain([word.to_owned()]).collect() };
     let from_inside = paths_that_begin(text, |word| files.contains_key(&inside(word)));
@@ -96,7 +97,7 @@ mod tests {
         assert_eq!(found(&[root, a, ("src/b.rs", "pub struct B;"), c]), [""; 0]);
         let both = ["src/a.rs imports src/b.rs", "src/b.rs imports src/a.rs"];
         assert_eq!(found(&[root, a, ("src/b.rs", "pub struct B; fn f(_: crate::a::A) {}"), c]), both);
-        // `b` is a folder now, and its face hands on what a part of it defines.
+        // Here `b` is a folder, and its `mod.rs` re-exports what `part.rs` defines.
         let face = ("src/b/mod.rs", "mod part;\npub(crate) use part::{B, Other};");
         let part = ("src/b/part.rs", "use super::super::a::A;\npub struct B(A);");
         let both = ["src/a.rs imports src/b/part.rs", "src/b/part.rs imports src/a.rs"];

@@ -1,4 +1,5 @@
-//! What ARCHITECTURE.md says is absent is absent: checked by reading the sources. Needs no GPU.
+//! Checks that the sources have none of what ARCHITECTURE.md rules out: forbidden dependencies, circles, undocumented
+//! `unsafe`, unnamed randomness and the like. The tests only read the sources and need no GPU.
 
 mod circles;
 mod source;
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use source::{code, module_of, named_modules, naming, tokens};
 
-/// A folder (or file) below `src/` and the modules of this crate that it must not name.
+/// Folders (or files) below `src/`, each with the modules of this crate that it must not name.
 const ABSENT: &[(&str, &[&str])] = &[
     ("study", &["gpu", "render", "method", "scene", "commands"]),
     ("method", &["console", "gpu", "render", "scene", "study", "display", "picture", "metrics", "compare", "commands"]),
@@ -24,10 +25,10 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("console", &["gpu", "render", "scene", "study", "display", "picture", "metrics", "commands"]),
 ];
 
-/// Of the studies a display may name only these.
+/// The only modules of `study` that `display` may name.
 const STUDY_SEEN_BY_DISPLAYS: &[&str] = &["protocol", "observer"];
 
-/// Crates that bring graphics, windows, devices or pictures.
+/// Crates for graphics, windows, devices or pictures.
 const GRAPHICS: &[&str] = &[
     "ash",
     "cyclopean",
@@ -55,10 +56,10 @@ const GRAPHICS: &[&str] = &[
     "winit",
 ];
 
-/// Where `unsafe` may stand.
+/// The only folders in which `unsafe` may be used.
 const UNSAFE_FOLDERS: &[&str] = &["src/gpu/", "src/display/"];
 
-/// Generators seeded by the system or by the thread.
+/// Random generators that the system or the thread seeds, so that their numbers cannot be drawn again.
 const UNNAMED_RANDOMNESS: &[&str] = &[
     "StdRng",
     "SmallRng",
@@ -75,7 +76,7 @@ const UNNAMED_RANDOMNESS: &[&str] = &[
     "rand::random_range",
 ];
 
-/// Opens whatever a name leads to and reads it to its end, if it has one.
+/// Functions that open whatever a name leads to, and read it to its end without a limit.
 const READING: &[&str] = &[
     "File::open",
     "fs::read",
@@ -89,10 +90,11 @@ const READING: &[&str] = &[
     "read_first_flat_layer_from_file",
 ];
 
-/// Prints as it stands, and panics where nobody reads.
+/// Macros that print text without escaping it, and panic if nobody reads the output.
 const PRINTING: &[&str] = &["println", "eprintln", "eprint"];
 
-/// Functions of their arguments: sources whose path begins so name no clock, file, thread, process or environment.
+/// Sources whose path begins like this must name no clock, file, thread, process or environment, because their
+/// functions depend on nothing but their arguments.
 const PURE: &[&str] = &["src/study/protocol/", "src/study/order", "src/study/plan", "src/study/random"];
 const OUTSIDE_WORLD: &[&str] = &[
     "Instant",
@@ -109,7 +111,7 @@ const OUTSIDE_WORLD: &[&str] = &[
     "std::os",
 ];
 
-/// What a source under `src/` names although it must not.
+/// The modules that a source under `src/` names although it must not, one line each.
 fn forbidden_modules(path: &str, text: &str) -> Vec<String> {
     let module = module_of(path);
     let Some(part) = module.first() else { return Vec::new() };
@@ -128,7 +130,7 @@ fn forbidden_modules(path: &str, text: &str) -> Vec<String> {
     found
 }
 
-/// `unsafe` blocks and impls without the comment that says why they are sound.
+/// `unsafe` blocks and impls without a comment that says why they are sound, one line each.
 fn undocumented_unsafe(path: &str, text: &str) -> Vec<String> {
     let tokens = tokens(text);
     let (lines, bare): (Vec<&str>, String) = (text.lines().collect(), code(text));
@@ -139,7 +141,7 @@ fn undocumented_unsafe(path: &str, text: &str) -> Vec<String> {
         if token.text != "unsafe" || !needs_reason {
             continue;
         }
-        // Up through the lines of the same statement, then through the comment above it.
+        // Goes up through the lines of the same statement, and then through the comment above it.
         let mut k = token.line - 1;
         while k > 0 && !bare[k - 1].trim().is_empty() && !bare[k - 1].trim_end().ends_with([';', '{', '}', ',']) {
             k -= 1;
@@ -153,7 +155,8 @@ fn undocumented_unsafe(path: &str, text: &str) -> Vec<String> {
     found
 }
 
-/// What is wrong with the head of a shader; `is_stage`: it has an entry point, and so a `#version`.
+/// What is wrong with the head of a shader, if anything is. A shader with an entry point (`is_stage`) needs a
+/// `#version`.
 fn shader_head(path: &str, text: &str, is_stage: bool) -> Option<String> {
     let mut lines = text.lines();
     if is_stage && !lines.next().is_some_and(|l| l.starts_with("#version ")) {
@@ -167,7 +170,7 @@ fn shader_head(path: &str, text: &str, is_stage: bool) -> Option<String> {
     }
 }
 
-/// Package → the packages it needs, from a `Cargo.lock`.
+/// From a `Cargo.lock`, each package with the packages that it needs.
 fn lock_graph(lock: &str) -> BTreeMap<String, BTreeSet<String>> {
     let mut graph = BTreeMap::new();
     for package in lock.split("[[package]]").skip(1) {
@@ -175,7 +178,7 @@ fn lock_graph(lock: &str) -> BTreeMap<String, BTreeSet<String>> {
         let name = package.lines().find(|l| l.starts_with("name = ")).and_then(quoted);
         let needs = package.lines().skip_while(|l| !l.starts_with("dependencies")).skip(1);
         let needs = needs.take_while(|l| !l.starts_with(']')).filter_map(quoted);
-        // Two versions of one package are one node: that can only find more.
+        // Two versions of a package count as one, which can only find more dependencies than there are.
         graph.entry(name.unwrap_or_default()).or_insert_with(BTreeSet::new).extend(needs);
     }
     graph
@@ -204,7 +207,8 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path} cannot be read: {e}"))
 }
 
-/// Files below a folder with one of these extensions: path from the root with `/`, and text; sorted.
+/// The files below a folder with one of these extensions, sorted. Each has its path from the root, with `/`, and its
+/// text.
 fn sources(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     fn walk(folder: &Path, out: &mut Vec<PathBuf>) {
         let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{} cannot be read: {e}", folder.display()));
@@ -216,7 +220,7 @@ fn sources(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     walk(&root().join(folder), &mut files);
     files.retain(|f| f.extension().and_then(|e| e.to_str()).is_some_and(|e| extensions.contains(&e)));
     files.sort();
-    assert!(!files.is_empty(), "{folder} holds no source: the check would prove nothing");
+    assert!(!files.is_empty(), "{folder} holds no source, so the check would prove nothing");
     let name = |f: &Path| -> String {
         let inside = f.strip_prefix(root()).expect("below the root");
         inside.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
@@ -232,7 +236,7 @@ fn rust() -> Vec<(String, String)> {
 
 #[track_caller]
 fn none(found: Vec<String>) {
-    assert!(found.is_empty(), "ARCHITECTURE.md says otherwise:\n  {}", found.join("\n  "));
+    assert!(found.is_empty(), "these violate ARCHITECTURE.md:\n  {}", found.join("\n  "));
 }
 
 #[test]
@@ -268,7 +272,8 @@ fn the_analysis_needs_no_graphics() {
     let needs = reachable(&graph, "cyclopean-analysis");
     assert!(needs.contains("serde_json"), "Cargo.lock was not understood: {needs:?}");
     none(GRAPHICS.iter().filter(|g| needs.contains(**g)).map(|g| format!("cyclopean-analysis needs {g}")).collect());
-    // The lock file leaves out what no build of this workspace selects.
+    // The manifest is searched too, because the lock file lacks optional packages that no build of this workspace
+    // selects.
     let manifest = read("analysis/Cargo.toml");
     let keys = manifest.lines().filter_map(|l| l.split(['=', '.']).next()).map(|k| k.trim().trim_matches('"'));
     none(keys.filter(|k| GRAPHICS.contains(k)).map(|k| format!("analysis/Cargo.toml names {k}")).collect());
@@ -288,7 +293,7 @@ fn unsafe_stands_in_two_folders_and_says_why() {
         }
         found.extend(undocumented_unsafe(&path, &text));
     }
-    assert!(blocks > 0, "src/gpu calls Vulkan without `unsafe`? The check sees nothing");
+    assert!(blocks > 0, "the check found no `unsafe` at all, although src/gpu calls Vulkan");
     none(found);
 }
 
@@ -296,12 +301,15 @@ fn unsafe_stands_in_two_folders_and_says_why() {
 fn randomness_has_a_name() {
     let named = |(path, text): (String, String)| -> Vec<String> {
         let found = naming(&text, UNNAMED_RANDOMNESS);
-        found.into_iter().map(|(line, word)| format!("{path}:{line}: `{word}` cannot be drawn again")).collect()
+        found
+            .into_iter()
+            .map(|(line, word)| format!("{path}:{line}: `{word}` makes numbers that cannot be drawn again"))
+            .collect()
     };
     none(rust().into_iter().flat_map(named).collect());
 }
 
-/// Names of what the programs are made of, without their tests, that are among `words`; `exempt` is the one place, a file or a folder.
+/// Uses of `words` in the programs' sources, without their tests. `exempt` is the file or folder that may use them.
 fn past_the_one_way(words: &[&str], exempt: &str) -> Vec<String> {
     let own = [sources("src", &["rs"]), sources("analysis/src", &["rs"])].concat();
     assert!(own.iter().any(|(path, _)| path.starts_with(exempt)), "{exempt} is gone");
@@ -354,7 +362,7 @@ fn every_shader_says_what_it_is_and_is_used() {
             shaders.iter().any(|(other, t)| other != path && includes(t))
         };
         if !used {
-            found.push(format!("{path}: nobody uses it"));
+            found.push(format!("{path}: nothing uses it"));
         }
     }
     none(found);

@@ -1,6 +1,6 @@
-//! Reading Rust as words: what a source names, wherever comments and strings stand.
+//! Splits Rust sources into tokens and finds the paths that they name. Comments and strings are ignored.
 
-/// The text with comments, strings and character literals blanked; lines and columns stay.
+/// The text with spaces in place of comments, strings and character literals, so that lines and columns stay the same.
 pub fn code(text: &str) -> String {
     let c: Vec<char> = text.chars().collect();
     let at = |i: usize| c.get(i).copied().unwrap_or('\0');
@@ -78,7 +78,7 @@ fn raw_string_end(c: &[char], i: usize) -> Option<usize> {
     Some(k)
 }
 
-/// A word, `::`, or one other character, with its line (from 1).
+/// A word, `::`, or any other character that is not white space, with its line (from 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Token {
     pub text: String,
@@ -110,8 +110,8 @@ pub fn tokens(text: &str) -> Vec<Token> {
     out
 }
 
-/// Lines that name one of `words`: an identifier, a path such as `std::time` (written out or as a group), or with
-/// `ash::` anything of that crate.
+/// Lines that name one of `words`. A word is an identifier, a path such as `std::time` (which the source may write out
+/// or as part of a group), or a crate such as `ash::`, which stands for everything in it.
 pub fn naming(text: &str, words: &[&str]) -> Vec<(usize, String)> {
     let tokens = tokens(text);
     let mut found = Vec::new();
@@ -144,7 +144,7 @@ pub fn naming(text: &str, words: &[&str]) -> Vec<(usize, String)> {
     found
 }
 
-/// Every path that begins at token `i`, groups multiplied out; gives the index after it.
+/// Adds every path that begins at token `i` to `out`, with groups multiplied out. Returns the index after them.
 fn paths_from(tokens: &[Token], i: usize, prefix: &mut Vec<String>, out: &mut Vec<(usize, Vec<String>)>) -> usize {
     let text = |k: usize| tokens.get(k).map_or("", |t| t.text.as_str());
     let depth = prefix.len();
@@ -164,7 +164,7 @@ fn paths_from(tokens: &[Token], i: usize, prefix: &mut Vec<String>, out: &mut Ve
                     continue;
                 }
                 k = paths_from(tokens, k, prefix, out);
-                // `as name`
+                // Skips `as name`.
                 while k < tokens.len() && text(k) != "," && text(k) != "}" {
                     k += 1;
                 }
@@ -182,8 +182,8 @@ fn paths_from(tokens: &[Token], i: usize, prefix: &mut Vec<String>, out: &mut Ve
     k
 }
 
-/// Paths within this crate that a source names, from the crate's root: `crate::…`, and `self::…` and `super::…`
-/// resolved from `module` (the file's own path of modules) and from the modules written inside the file.
+/// The paths within this crate that a source names, from the crate's root. These are `crate::…`, and `self::…` and
+/// `super::…` resolved from `module` (the file's own module path) and from the modules written inside the file.
 pub fn named_modules(text: &str, module: &[String]) -> Vec<(usize, Vec<String>)> {
     let tokens = tokens(text);
     let (mut found, mut inner, mut depth) = (Vec::new(), Vec::<(String, usize)>::new(), 0usize);
@@ -202,7 +202,7 @@ pub fn named_modules(text: &str, module: &[String]) -> Vec<(usize, Vec<String>)>
             }
             "crate" | "super" | "self" if before(1) != "::" => {
                 let next = |n: usize| tokens.get(i + n).map_or("", |t| t.text.as_str());
-                // `use crate as other` would hide whatever follows.
+                // `use crate as other` would hide every path that begins with `other`.
                 if token.text == "crate" && next(1) == "as" {
                     found.push((token.line, vec!["*".to_owned()]));
                 }
@@ -221,7 +221,7 @@ pub fn named_modules(text: &str, module: &[String]) -> Vec<(usize, Vec<String>)>
     found
 }
 
-/// A path from the crate's root, of one that is written in the module `here`.
+/// The path from the crate's root for a path that is written in the module `here`.
 fn absolute(path: Vec<String>, here: &[String]) -> Vec<String> {
     let mut from_root = here.to_vec();
     for word in path {
@@ -235,7 +235,7 @@ fn absolute(path: Vec<String>, here: &[String]) -> Vec<String> {
     from_root
 }
 
-/// Paths of at least two words whose first word `begins` accepts, groups multiplied out.
+/// Paths of at least two words whose first word `begins` accepts, with groups multiplied out.
 pub fn paths_that_begin(text: &str, begins: impl Fn(&str) -> bool) -> Vec<Vec<String>> {
     let tokens = tokens(text);
     let is = |at: Option<usize>, word: &str| at.and_then(|at| tokens.get(at)).is_some_and(|t| t.text == word);
@@ -250,7 +250,7 @@ pub fn paths_that_begin(text: &str, begins: impl Fn(&str) -> bool) -> Vec<Vec<St
     found
 }
 
-/// What a source hands on by `pub use` or `pub(…) use`, from the crate's root; `module` is the file's own.
+/// The paths, from the crate's root, that a source re-exports by `pub use` or `pub(…) use`. `module` is the file's own.
 pub fn public_uses(text: &str, module: &[String]) -> Vec<Vec<String>> {
     let tokens = tokens(text);
     let is_public = |at: usize| match at.checked_sub(1).map(|k| tokens[k].text.as_str()) {
