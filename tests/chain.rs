@@ -1,4 +1,6 @@
-//! The whole chain through both programs: `cyclopean run --simulate`, then `mos` on the journals it made.
+//! Tests the whole chain through both programs: `cyclopean run --simulate` makes journals, and `mos` analyses them. The
+//! oracle is the library, which reads the votes from the same journals. Needs no GPU.
+//! The tests are skipped where the program `mos` is missing and cannot be built.
 
 mod lab;
 
@@ -23,7 +25,7 @@ fn object(mos: &Path, lab: &Lab, arguments: &[&str]) -> Value {
     serde_json::from_slice(&run(mos, lab, arguments).stdout).expect("one JSON object")
 }
 
-/// A shipped study, and a session of everybody by the real program.
+/// Loads one of the repository's studies and simulates a session of every participant with the program.
 fn sit(name: &str) -> Lab {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(format!("{name}.json"));
     let lab = Lab::new(&serde_json::from_str(&std::fs::read_to_string(path).expect("a study")).expect("JSON"));
@@ -34,7 +36,7 @@ fn sit(name: &str) -> Lab {
     lab
 }
 
-/// Factors of a condition and participant → its one rating, by the library.
+/// The one rating of each condition (by its factors) and participant, as the library reads it.
 type Votes = BTreeMap<(BTreeMap<String, String>, String), i32>;
 
 fn votes(lab: &Lab) -> Votes {
@@ -64,7 +66,7 @@ fn table_agrees(mos: &Path, lab: &Lab, votes: &Votes) {
     let rows = said["rows"].as_array().expect("rows");
     assert_eq!(rows.len() * PEOPLE.len(), votes.len());
     for row in rows {
-        // A factor with one level makes no column.
+        // A factor with a single level has no column in the table.
         let is_of = |f: &BTreeMap<String, String>| {
             f.iter().all(|(name, level)| row.get(name).is_none_or(|l| l == level.as_str()))
         };
@@ -110,7 +112,7 @@ fn ratings_go_from_sessions_to_tables_tests_and_exports_unchanged() {
     table_agrees(&mos, &lab, &votes);
     export_agrees(&mos, &lab, &votes);
 
-    // The tests that the study file plans, on sums of participants.
+    // `mos test` does the tests that the study file plans, on each participant's sum of votes.
     let said = object(&mos, &lab, &["test", "sessions", "--json"]);
     let contrasts = said["contrasts"].as_array().expect("contrasts");
     let names: Vec<String> = contrasts
@@ -158,7 +160,7 @@ fn choices_of_a_and_b_become_the_same_ratings_in_every_tool() {
     let contrasts = said["contrasts"].as_array().expect("contrasts");
     assert_eq!(contrasts.len(), 1, "{said}");
     assert_eq!(contrasts[0]["n"], PEOPLE.len());
-    // Simulated and real are never mixed silently: nobody real is here.
+    // A table of real sessions is refused, because there are only simulated ones.
     let refused = Command::new(&mos).args(["table", "sessions", "--kind", "real"]).current_dir(lab.dir.path()).output();
     assert_eq!(refused.expect("mos starts").status.code(), Some(1));
 }

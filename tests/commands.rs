@@ -1,4 +1,6 @@
-//! The real program: what it makes, and what it says of what it cannot do.
+//! Tests the commands `render`, `doctor` and `demo` of the program: what they write, and how they refuse what they
+//! cannot do. Needs a Vulkan device. Parts that need `exrheader` or the right to mount are skipped, with a message,
+//! without it.
 #![cfg(feature = "gpu")]
 
 mod program;
@@ -7,7 +9,7 @@ use program::{cyclopean, stderr};
 use std::path::Path;
 use std::process::Command;
 
-/// Names of the files in a folder, sorted; none when there is no folder.
+/// The sorted names of the files in a folder, or none if there is no folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<_> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
@@ -30,15 +32,15 @@ fn render_writes_a_multi_view_exr_a_png_and_a_report() {
     for key in [
         "scene", "method", "width", "height", "seed", "device", "passes", "left_out", "nan", "inf", "clamped", "missed",
     ] {
-        assert!(!file[key].is_null(), "render.json has `{key}`");
+        assert!(!file[key].is_null(), "render.json lacks `{key}`");
     }
     assert!(file["passes"][0]["ms"].as_f64().expect("a number") > 0.0);
     let why = file["left_out"].as_array().expect("a list").iter().find(|p| p["name"] == "path_trace");
     assert_eq!(why.expect("path_trace is left out")["why"], "the method asks the views");
 
-    // OpenEXR's own tool sees both views.
+    // OpenEXR's own tool must find both views.
     match Command::new("exrheader").arg(out.join("room_main_sssr.exr")).output() {
-        Err(error) => println!("skipped the look by exrheader, which is not installed: {error}"),
+        Err(error) => println!("skipped the check by exrheader, which is not installed: {error}"),
         Ok(header) => {
             let text = String::from_utf8_lossy(&header.stdout).into_owned();
             for word in ["multiView (type stringvector):", "\"left\"", "\"right\"", "right.G, 32-bit"] {
@@ -94,7 +96,7 @@ fn what_cannot_be_read_or_written_is_one_sentence_and_one() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_leaves_nothing_under_a_final_name() {
-    // A file system of 64 KiB needs mount rights.
+    // The test mounts a file system of 64 KiB, which needs the right to mount.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let small = folder.path().join("small");
     std::fs::create_dir(&small).expect("made");
@@ -109,7 +111,7 @@ fn a_full_disk_leaves_nothing_under_a_final_name() {
     assert!(unmounted.success());
     assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
     assert!(stderr(&done).contains("room_main_sssr.exr"), "{}", stderr(&done));
-    assert_eq!(left, Vec::<String>::new(), "a part was left");
+    assert_eq!(left, Vec::<String>::new(), "part of the output was left");
 }
 
 #[test]
@@ -121,7 +123,8 @@ fn doctor_names_the_device() {
     assert!(
         found["findings"].as_array().expect("a list").iter().any(|f| f["what"] == "device in use" && f["ok"] == true)
     );
-    // A node without a graphics card renders, and says that it does so in software; it fails where a card was asked for.
+    // A machine without a graphics card can render, and `doctor` says that it renders in software. With `--hardware`,
+    // which asks for a card, `doctor` fails there.
     let software = found["software"].as_bool().expect("known where a device is");
     assert_eq!(software, found["device"]["kind"] == "cpu");
     let asked = cyclopean(folder.path(), &["doctor", "--hardware"]);

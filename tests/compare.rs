@@ -1,4 +1,5 @@
-//! `cyclopean compare` through the real program: what it writes, what it keeps, what it says when it cannot.
+//! Tests `cyclopean compare` by running the program: its reports and sheets, the references and results that it keeps,
+//! and how it refuses what it cannot compare. Comparing scenes needs a Vulkan device; comparing two pictures does not.
 
 mod program;
 
@@ -14,7 +15,7 @@ fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(bytes).expect("one JSON object")
 }
 
-/// A pattern of this size; the right eye is the left one, moved.
+/// A pattern of this size. The right eye has the left one's pattern, shifted by three pixels.
 fn picture(width: u32, height: u32, offset: f32) -> StereoPicture {
     let eye = |shift: u32| -> Vec<[f32; 3]> {
         let at = |i: u32| ((i % width + shift) as f32, (i / width) as f32);
@@ -56,7 +57,7 @@ fn two_pictures_are_compared_without_a_gpu() {
     assert_eq!((&scores["mse"], &scores["flip"]), (&0.0.into(), &0.0.into()));
     assert!((scores["ssim"].as_f64().expect("a number") - 1.0).abs() < 1e-12);
 
-    // A file of another program has no reflection layer.
+    // A picture without a reflection layer, such as another program's, is compared without it.
     write(folder.path(), "plain.exr", &b, None);
     let done = cyclopean(folder.path(), &["compare", "a.exr", "plain.exr"]);
     assert!(done.status.success(), "{}", stderr(&done));
@@ -125,7 +126,7 @@ mod scenes {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let more =
             ["--spp", "1,2", "--fallback", "both", "--methods", "sssr,stereo,path-traced@2", "--json", "-o", "o"];
-        // The second scene fails; the first is written all the same.
+        // The second scene fails, but the first one's results must be written.
         let done = compare(folder.path(), &["room", "nowhere"], &more);
         assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
         assert!(stderr(&done).contains("1 of 2 scenes failed: nowhere: unknown scene"), "{}", stderr(&done));
@@ -139,7 +140,7 @@ mod scenes {
         let scene = &report["scenes"][0];
         assert_eq!(scene["scene"], "room");
         let fallback = scene["results"].as_array().expect("rows").iter().filter(|r| r["fallback"] == "black").count();
-        assert_eq!(fallback, 5, "sssr and stereo at 1 and 2, path-traced at 2");
+        assert_eq!(fallback, 5, "sssr and stereo with 1 and 2 rays a pixel, path-traced with 2");
         for row in scene["results"].as_array().expect("rows") {
             let name = format!("{}@{}", row["method"], row["spp"]);
             assert_eq!(row["seeds"], 3, "{name}");
@@ -170,7 +171,7 @@ mod scenes {
             within(&unbiased["squared"], &unbiased["interval"]);
             let root = number(&unbiased["squared"]).max(0.0).sqrt();
             assert!((number(&unbiased["rms"]) - root).abs() < 1e-12, "{name}: {unbiased}");
-            // Three seeds are three groups of one.
+            // With three seeds each group of the jackknife is one seed.
             assert_eq!(row["jackknife"]["seeds"], serde_json::json!([1, 1, 1]), "{name}");
             for key in ["systematic_unbiased", "systematic_inconsistency", "noise_variance"] {
                 assert_eq!(row["jackknife"][key].as_array().map(Vec::len), Some(3), "{name} {key}");
@@ -193,7 +194,7 @@ mod scenes {
         assert!(ratio("equal_sample", "measure", "mse") >= 2);
         assert!(ratio("overhead", "group", "total") >= 2);
         assert!(ratio("equal_time", "fallback", "black") == 2);
-        // What has no ratio is named instead.
+        // A measure without a ratio must be listed in `left_out` instead.
         for measure in ["relmse", "tonemapped_mse", "systematic_unbiased", "noise_variance", "bias2"] {
             let named = ratio("equal_sample", "measure", measure) + ratio("left_out", "measure", measure);
             assert_eq!(named, ratio("equal_sample", "measure", "mse"), "{measure}");
@@ -232,14 +233,15 @@ mod scenes {
             assert!(tables.contains(column), "{column}: {tables}");
         }
         assert!(tables.contains("Equal time") && tables.contains("**nowhere failed:**"), "{tables}");
-        // What `mos report --metrics` takes from it.
+        // `mos report --metrics` must be able to read the file.
         let metrics = cyclopean_analysis::report::metrics_from_compare(&out.join("compare.json")).expect("understood");
         assert!(metrics.iter().any(|m| m.scene == "room" && m.method == "stereo"));
     }
 
-    /// The pixels of a block of a row: the whole view of the left eye.
+    /// The pixels of the left eye's whole view in one row of a sheet.
     fn left_view(sheet: &image::RgbImage, row: u32) -> Vec<u8> {
-        // As `src/compare/sheet/layout.rs`: rows of 462 pixels below a head of 152, pictures 192 high below 46 of text.
+        // From `src/compare/sheet/layout.rs`: the sheet's head is 152 pixels high and each row 462. In a row the
+        // pictures are 192 pixels high, below 46 pixels of text.
         let view = image::imageops::crop_imm(sheet, 40, 152 + row * 462 + 46, 341, 192);
         view.to_image().into_raw()
     }
@@ -254,15 +256,16 @@ mod scenes {
             std::fs::read(folder.path().join(out).join("room_steps.png")).expect("a sheet")
         };
         let png = run("a", "sssr,stereo-no-fade,stereo");
-        assert!(png == run("b", "sssr,stereo-no-fade,stereo"), "a sheet repeats");
+        assert!(png == run("b", "sssr,stereo-no-fade,stereo"), "the same request gave another sheet");
         let sheet = image::load_from_memory(&png).expect("a PNG").to_rgb8();
-        // Four rows; the whole view and three parts beside each other.
+        // The sheet has a row for the reference and for each method. Each row has the whole view and three enlarged
+        // parts.
         assert_eq!(sheet.dimensions(), (2 * 40 + 688 + 3 * (34 + 390), 152 + 4 * 462 + 40 - 26));
         let views: Vec<Vec<u8>> = (0..4).map(|row| left_view(&sheet, row)).collect();
         for a in 0..4 {
-            assert!((0..a).all(|b| views[a] != views[b]), "row {a} shows what another one does");
+            assert!((0..a).all(|b| views[a] != views[b]), "row {a} has the same picture as another row");
         }
-        // Alone, a method is set beside the reference.
+        // With a single method the sheet has two rows: the reference and the method.
         let alone = image::load_from_memory(&run("c", "sssr")).expect("a PNG").to_rgb8();
         assert_eq!(alone.dimensions(), (sheet.width(), 152 + 2 * 462 + 40 - 26));
     }
@@ -280,10 +283,10 @@ mod scenes {
         assert!(said.contains("reference:"), "{said}");
         let kept = folder.path().join("kept").join(first["reference"]["key"].as_str().expect("a key"));
         let (said, second) = run("b");
-        assert!(!said.contains("reference:"), "it is not made twice: {said}");
+        assert!(!said.contains("reference:"), "the reference was made twice: {said}");
         assert_eq!(first["pairs"], second["pairs"]);
         let errors = |scene: &Value| scene["results"][0]["left"].clone();
-        assert_eq!(errors(&first), errors(&second), "the same seeds give the same errors");
+        assert_eq!(errors(&first), errors(&second), "the same seeds gave other errors");
 
         let exr = kept.join("reference.exr");
         let mut bytes = std::fs::read(&exr).expect("read");
@@ -295,7 +298,7 @@ mod scenes {
         assert_eq!(errors(&first), errors(&third));
     }
 
-    /// Every file of a folder by name.
+    /// Every file of a folder, by its name.
     fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
         let name = |path: &Path| path.file_name().expect("a name").to_string_lossy().into_owned();
@@ -311,7 +314,7 @@ mod scenes {
             assert!(done.status.success(), "{}", stderr(&done));
             stderr(&done)
         };
-        // Progress has a line at least of all that is rendered.
+        // Whenever the scene is rendered, at least one line of progress is printed.
         let measured = |said: &str| said.contains("room: 1/");
         let results = folder.path().join("results");
         assert!(measured(&run("a", &["--sheets"])));
@@ -322,11 +325,11 @@ mod scenes {
 
         let said = run("b", &["--sheets"]);
         assert_eq!(said.matches("room: kept from results/").count(), 1, "{said}");
-        assert!(!said.contains("1/"), "nothing is rendered: {said}");
-        assert!(files(&folder.path().join("b")) == first, "a report of kept results is another one");
-        assert!(files(&results) == kept, "what is kept is not written again");
+        assert!(!said.contains("1/"), "something was rendered: {said}");
+        assert!(files(&folder.path().join("b")) == first, "the report of kept results differs from the first one");
+        assert!(files(&results) == kept, "the kept results were written again");
 
-        // A sheet that is damaged is drawn again, and no time is measured.
+        // A damaged sheet is drawn again without measuring the scene again.
         let (sheet, png) = kept.iter().find(|(name, _)| name.ends_with("_black.png")).expect("a sheet");
         std::fs::write(results.join(sheet), &png[..png.len() - 9]).expect("written");
         let said = run("c", &["--sheets"]);
@@ -334,7 +337,7 @@ mod scenes {
         assert!(!measured(&said) && files(&folder.path().join("c")) == first, "{said}");
         assert!(files(&results) == kept);
 
-        // A number that is another one is noticed.
+        // A changed number in the kept results is noticed.
         let (name, json) = kept.iter().find(|(name, _)| name.ends_with(".json")).expect("results");
         let text = String::from_utf8(json.clone()).expect("UTF-8").replacen(
             "\"fireflies_total\": ",
@@ -348,7 +351,7 @@ mod scenes {
         assert!(run("e", &[]).contains("room: kept from"));
         assert_eq!(files(&folder.path().join("d"))["compare.json"], files(&folder.path().join("e"))["compare.json"]);
 
-        // Whatever changes a number has results of its own.
+        // A request that gives other numbers does not use the kept results.
         for more in [&["--pixels-per-degree", "60"], &["--edge-fade", "0.2"], &["--methods", "stereo,sssr"]] {
             assert!(measured(&run("f", more)), "{more:?}");
         }
@@ -373,7 +376,11 @@ mod scenes {
         assert!(said.contains("pica: 1/"), "{said}");
         let report = json(&std::fs::read(folder.path().join("o/compare.json")).expect("read"));
         let (_, kept) = before.iter().next().expect("a file");
-        assert_eq!(report["scenes"][0], json(kept)["content"]["scene"], "the times of the first run");
+        assert_eq!(
+            report["scenes"][0],
+            json(kept)["content"]["scene"],
+            "the kept scene has other results than those of the first run"
+        );
         assert_eq!(report["scenes"][1]["scene"], "pica");
     }
 
@@ -395,19 +402,23 @@ mod scenes {
         run("grown", &["--reference-spp", "8"]);
         let (_, key, _) = run("grown", &["--reference-spp", "40"]);
         assert_eq!(run("fresh", &["--reference-spp", "40"]).1, key);
-        assert!(bytes("grown", &key) == bytes("fresh", &key), "a reference that grew is another one");
-        // Fewer paths than are kept, and more, stop where an empty cache would.
+        assert!(
+            bytes("grown", &key) == bytes("fresh", &key),
+            "a reference that grew differs from one that was made at once"
+        );
+        // With --until the reference has the same number of paths with kept paths as without, whether fewer paths than
+        // the kept ones suffice or more are needed.
         for until in ["30%", "18%"] {
             let (spp, key, _) = run("grown", &["--until", until]);
             let (again, same, said) = run("grown", &["--until", until]);
             assert_eq!((again, &same), (spp, &key));
-            assert!(!said.contains("reference:"), "it is not made twice: {said}");
+            assert!(!said.contains("reference:"), "the reference was made twice: {said}");
             assert_eq!(run("fresh", &["--until", until]).1, key);
             assert!(bytes("grown", &key) == bytes("fresh", &key), "until {until}, {spp} paths");
             assert!((16..1000).contains(&spp), "until {until}: {spp} paths");
             println!("until {until}: {spp} paths");
         }
-        // One file a seed, however many paths.
+        // The paths of a seed are kept in one file, however many they are.
         let kept = std::fs::read_dir(folder.path().join("grown").join("paths")).expect("a folder").count();
         assert!(kept <= 2, "{kept} files");
     }

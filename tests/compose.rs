@@ -1,4 +1,5 @@
-//! What each eye is given in each mode, to the pixel. Needs a device, but no window.
+//! Tests what the desktop's composer gives each eye in each display mode, pixel by pixel. Needs a Vulkan device, but no
+//! window.
 #![cfg(feature = "gpu")]
 
 use std::rc::Rc;
@@ -11,7 +12,7 @@ use ash::vk;
 
 const VIEW: (u32, u32) = (64, 48);
 
-/// Every pixel another colour.
+/// The colour of a pixel of a test picture. It depends on the eye and on the place.
 fn pixel(eye: u32, x: u32, y: u32) -> [u8; 3] {
     [(eye * 100 + 3 * x) as u8, (5 * y) as u8, (x * y % 251) as u8]
 }
@@ -104,12 +105,12 @@ fn grey_stays_grey_through_red_and_cyan_and_colours_part() {
         let picture = Picture::Stereo { image: &image, is_encoded: false };
         rgb(&bench.compose(VIEW, Mode::Anaglyph, picture, whole), 9, 9)
     };
-    // The rows of both matrices add up to one.
+    // Each row of the two anaglyph matrices sums to about one over both eyes, so that grey stays grey.
     for v in [0, 64, 128, 200, 255] {
         let [r, g, b] = seen([v; 3]);
         assert!([r, g, b].iter().all(|c| c.abs_diff(v) <= 2), "{v}: {r} {g} {b}");
     }
-    // What only the left eye has is red, what only the right one has is cyan.
+    // White that only the left eye sees becomes red, and white that only the right eye sees becomes cyan.
     let eyes = layers(
         &bench.gpu,
         |eye, x, _| {
@@ -132,7 +133,7 @@ fn grey_stays_grey_through_red_and_cyan_and_colours_part() {
 #[test]
 fn shrinking_keeps_the_mean_and_half_width_keeps_the_eyes() {
     let bench = Bench::new();
-    // A checkerboard of black and white is half as much light as white.
+    // A checkerboard of black and white emits half the light of white, which is 188 of 255 in sRGB.
     let board = layers(&bench.gpu, |_, x, y| [[0, 255][((x + y) % 2) as usize]; 4], VIEW);
     let picture = Picture::Stereo { image: &board, is_encoded: false };
     let seen = bench.compose((32, 24), Mode::LeftEye, picture, [0, 0, 32, 24]);

@@ -1,5 +1,6 @@
-//! The reference by the processor and by the device: one picture. Same random numbers, so the same paths but where rounding
-//! decides otherwise; with other numbers the two agree within their standard errors.
+//! Compares the reference of the processor's path tracer with that of the device. With the same random numbers both
+//! follow the same paths, except where rounding decides otherwise. With other numbers they agree within their standard
+//! errors. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -15,9 +16,9 @@ use cyclopean::scene::{self, Light, LightSource, Material, Scene, Texture, Textu
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3};
 use pictures::{deviations, glowing, gpu, lattices, look, material, plane, settings, sphere, values};
 
-/// Pixels with the same seed that may lie further apart than [`ROUNDING`].
+/// The largest share of pixels that may differ by more than [`ROUNDING`] with the same seed.
 const APART: f64 = 0.01;
-/// Of the larger of two values.
+/// The largest difference that counts as rounding, relative to the larger of the two values.
 const ROUNDING: f32 = 0.005;
 
 fn by(gpu: &Rc<Gpu>, scene: &Arc<Scene>, trace: Trace, spp: u32, settings: &Settings) -> Rendered {
@@ -49,8 +50,9 @@ fn agree(gpu: &Rc<Gpu>, name: &str, scene: &Arc<Scene>, spp: u32, settings: &Set
     let mean = z.iter().sum::<f64>() / z.len().max(1) as f64;
     let beyond = z.iter().filter(|z| z.abs() > 5.0).count();
     println!(
-        "{name}: {} reflecting pixels, {:.3} % apart, {exact} equal in every bit; same numbers: Δ/σ {shift:.4} at the \
-         mean, {largest:.2} at the most; others: {mean:.4}, {beyond} of {} beyond 5",
+        "{name}: {} reflecting pixels, {:.3} % differ, {exact} equal in every bit; with the same random numbers Δ/σ is \
+         {shift:.4} on average and at most {largest:.2}; with others it is {mean:.4} on average, and {beyond} of {} \
+         exceed 5",
         reflecting.len(),
         100.0 * apart,
         z.len()
@@ -61,8 +63,14 @@ fn agree(gpu: &Rc<Gpu>, name: &str, scene: &Arc<Scene>, spp: u32, settings: &Set
     }
     assert!(reflecting.len() > 500 && z.len() > 500, "{name}: {} pixels reflect", reflecting.len());
     assert!(apart <= APART, "{name}: {:.2} % of the pixels differ", 100.0 * apart);
-    assert!(shift.abs() < 0.01 && largest < 5.0, "{name}: with the same numbers {shift}, {largest}");
-    assert!(mean.abs() < 0.05 && beyond as f64 <= 1e-3 * z.len() as f64, "{name}: {mean}, {beyond} beyond 5 σ");
+    assert!(
+        shift.abs() < 0.01 && largest < 5.0,
+        "{name}: with the same random numbers Δ/σ is {shift} on average, at most {largest}"
+    );
+    assert!(
+        mean.abs() < 0.05 && beyond as f64 <= 1e-3 * z.len() as f64,
+        "{name}: Δ/σ is {mean} on average, and {beyond} pixels exceed 5"
+    );
 }
 
 /// A built-in scene with few triangles.
@@ -76,7 +84,7 @@ fn coarse(name: &str) -> Arc<Scene> {
 #[test]
 fn the_built_in_scenes_look_alike() {
     let gpu = gpu();
-    // Lights with a size and panes of glass; a sky; and the first without shadows.
+    // `room` has lights with a size and panes of glass, and is rendered with and without shadows. `temple` has a sky.
     let size = settings(64, 40);
     let room = coarse("room");
     agree(&gpu, "room", &room, 8, &size);
@@ -84,7 +92,7 @@ fn the_built_in_scenes_look_alike() {
     agree(&gpu, "temple", &coarse("temple"), 8, &size);
 }
 
-/// All built-in scenes with all of their triangles: `cargo test --release --test cpu -- --ignored --nocapture full_detail`.
+/// Compares all built-in scenes at full detail: `cargo test --release --test cpu -- --ignored --nocapture full_detail`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_built_in_scenes_look_alike_at_full_detail() {
@@ -94,15 +102,15 @@ fn the_built_in_scenes_look_alike_at_full_detail() {
     }
 }
 
-/// A texture of four values a texel, of this side.
+/// A square texture with this side and four values a texel.
 fn texture(side: u32, srgb: bool, (wrap_u, wrap_v): (Wrap, Wrap), of: impl Fn(u32, u32) -> [u8; 4]) -> Texture {
     let texels: Vec<u8> = (0..side * side).flat_map(|i| of(i % side, i / side)).collect();
     let (name, rgba8) = ("test".to_owned(), Arc::new(texels));
     Texture { name, width: side, height: side, rgba8, srgb, wrap_u, wrap_v, nearest: false }
 }
 
-/// The hall of lattices with everything else that a hit may ask: textures of all four kinds in all modes of wrapping, glass
-/// in front of a spot, lights with and without a size and without a shadow.
+/// The hall of lattices, with everything else that the shading of a hit may depend on: textures of all four kinds with
+/// all wrap modes, glass in front of a spot light, and lights with and without a size, one of which casts no shadow.
 fn everything() -> Scene {
     let mut made = lattices();
     let first = made.textures.len();
@@ -181,7 +189,8 @@ fn cut_outs_glass_textures_and_every_kind_of_light_look_alike() {
     agree(&gpu(), "everything", &Arc::new(everything()), 16, &settings(64, 40));
 }
 
-/// Percent of the pixels whose shadows, light included, differ by more than rounding.
+/// The percentage of pixels whose light, and thus whose shadows, differs by more than rounding between device and
+/// processor.
 fn shadows_apart(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> f64 {
     let by = |trace: Trace| pictures::render(gpu, scene, "sssr", &Settings { trace, ..settings.clone() });
     let (device, cpu) = (by(Trace::Bvh), by(Trace::Cpu));
@@ -217,12 +226,12 @@ fn shadows_of_the_views_look_alike() {
         println!("{name}: {apart:.3} % of the pixels differ");
         assert!(apart <= 100.0 * APART, "{name}: {apart} %");
     }
-    // Without a light that casts a shadow nothing is traced, by nobody.
+    // Where no light casts a shadow, the processor traces no shadow rays either.
     let dark = pictures::render(&gpu, &Arc::new(dark), "sssr", &Settings { trace: Trace::Cpu, ..size });
     assert!(dark.passes.iter().all(|pass| pass.name != "shadows"), "{:?}", dark.passes);
 }
 
-/// A box with a glossy floor and a lamp in it: little to gather light on.
+/// A small box with a glossy floor and a lamp in it. It has so little surface that its light is baked quickly.
 fn cabinet() -> Scene {
     let chalk = |color: Vec3| Material { metallic: 0.0, base_color: color.extend(1.0), ..material(1.0) };
     let side = |turn: DQuat, at: DVec3, of: Material| {
@@ -284,7 +293,8 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     let whole = prepare(40);
     whole.frame(&mut |_, _| Ok(())).expect("a frame");
 
-    // Ctrl-C after five samples or more, then the rest in another process' place.
+    // The frame is interrupted after at least five samples. The rest is rendered anew from the kept sums, as another
+    // process would do it.
     let broken = prepare(40);
     broken.take_up(None);
     let stop = &mut |done: u32, _: u32| if done >= 5 { Err(Interrupted) } else { Ok(()) };
@@ -295,18 +305,19 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     rest.take_up(Some(sums.clone()));
     let report = rest.frame(&mut |_, _| Ok(())).expect("a frame");
     let bits = |p: &Prepared| p.linear().expect("read back").eyes;
-    assert!(bits(&rest) == bits(&whole), "the picture depends on where it was broken off");
+    assert!(bits(&rest) == bits(&whole), "the picture depends on where it was interrupted");
     let pixels = sums.pixels.len() as u64;
     let paths = report.counters.rays + report.counters.below_horizon;
-    assert_eq!(paths, u64::from(40 - sums.samples) * pixels, "only what was missing is traced");
+    assert_eq!(paths, u64::from(40 - sums.samples) * pixels, "not just the missing samples were traced");
     assert_eq!(rest.sums().map(|s| s.samples), Some(40));
-    // More than is asked for helps nobody.
+    // Sums of more samples than are asked for are not used.
     let fewer = prepare(4);
     fewer.take_up(Some(sums));
     fewer.frame(&mut |_, _| Ok(())).expect("a frame");
     assert_eq!(fewer.sums().map(|s| s.samples), Some(4));
 
-    // A target between what 16 and what 48 samples reach, by both executors.
+    // A target between the errors of 16 and 32 samples must be reached with 32 samples, on the device and on the
+    // processor.
     let mut counts = Vec::new();
     for trace in [Trace::Cpu, Trace::Bvh] {
         let method = Method::parse("path-traced@64").expect("a method");
@@ -326,7 +337,7 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     assert_eq!(counts, [(32, 2), (32, 2)]);
 }
 
-/// Figures, not verdicts: `cargo test --release --test cpu -- --ignored --nocapture`.
+/// Prints figures and checks nothing: `cargo test --release --test cpu -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn rays_a_second() {

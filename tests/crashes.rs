@@ -1,6 +1,7 @@
-//! Killed everywhere: at every step on the disk, by loss of power, and by the system at random moments.
+//! Tests that a session survives crashes: it is stopped at every step on the disk, by a simulated loss of power, by a
+//! full disk, and by kills at random moments. The oracle is the same session without a disturbance. Needs no GPU.
 //!
-//! The last for longer: `CYCLOPEAN_KILLS=1000 cargo test --no-default-features --test crashes killed`.
+//! More kills: `CYCLOPEAN_KILLS=1000 cargo test --no-default-features --test crashes killed`.
 
 mod lab;
 
@@ -21,7 +22,7 @@ fn options(disk: Disk) -> Options {
     Options { disk, ..Options::new(Kind::Simulated) }
 }
 
-/// Presentation and choice of every answer that counts.
+/// The presentation and the choice of every answer that counts.
 fn answers(path: &Path) -> Vec<(u32, u32)> {
     let mut verifier = Verifier::default();
     let mut out = Vec::new();
@@ -38,7 +39,7 @@ fn answers(path: &Path) -> Vec<(u32, u32)> {
     out
 }
 
-/// Answers in the first `bytes` of a journal that may be damaged after them.
+/// The answers in the first `bytes` bytes of a journal, which may be damaged after them.
 fn accepted(path: &Path, bytes: u64) -> Vec<(u32, u32)> {
     let Ok(all) = std::fs::read(path) else { return Vec::new() };
     let prefix = &all[..usize::try_from(bytes).unwrap().min(all.len())];
@@ -48,13 +49,14 @@ fn accepted(path: &Path, bytes: u64) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Killed before trial 1, a session begins anew under the next number: the last one counts.
+/// The participant's last journal. A session that is killed before its first trial begins anew under the next number,
+/// so that only the last journal counts.
 fn last_journal(sessions: &Path, participant: &str) -> Option<std::path::PathBuf> {
     let all = std::fs::read_dir(sessions.join("rate").join(participant)).ok()?.map(|e| e.unwrap().path());
     all.filter(|p| p.extension().is_some_and(|e| e == "jsonl")).max()
 }
 
-/// Goes on until the session is over, recovering where the program says so.
+/// Resumes the session until it is complete, and recovers the journal where the program asks for it.
 fn finish(study: &validate::Study, lab: &Lab, sessions: &Path) -> std::path::PathBuf {
     for _ in 0..5 {
         match simulate(study, &lab.store(), sessions, "s01", 90.0, &options(Disk::real())) {
@@ -69,14 +71,14 @@ fn finish(study: &validate::Study, lab: &Lab, sessions: &Path) -> std::path::Pat
                 assert!(found.cut_bytes > 0);
                 assert_eq!(found.whole_lines_cut, 0);
             }
-            // The last step failed after it was done.
+            // The session was already complete when the failing step stopped it.
             Err(SessionError::Sessions(SessionsError::Completed { .. })) => {
                 return last_journal(sessions, "s01").unwrap();
             }
             Err(error) => panic!("{error}"),
         }
     }
-    panic!("no end");
+    panic!("the session does not become complete");
 }
 
 #[test]
@@ -88,7 +90,8 @@ fn stopped_at_every_step_or_without_power_no_accepted_answer_is_lost_or_doubled(
     assert_eq!(undisturbed.len(), 5);
     let mut chance = Stream::new(7, 0, "crash test");
     let mut visited = 0;
-    // After the stop: the file as the program left it; cut at the last sync with part of the rest; with garbage.
+    // After the stop the journal is left as it is (0), or cut at a random place after the last sync (1), as a loss of
+    // power may do. The cut journal may also end with garbage without line breaks (2) or with any garbage (3).
     'tails: for tail in 0..4 {
         for step in 0.. {
             let sessions = lab.path(&format!("sessions-{tail}-{step}"));
@@ -116,7 +119,7 @@ fn stopped_at_every_step_or_without_power_no_accepted_answer_is_lost_or_doubled(
                     3 => garbage,
                     _ => Vec::new(),
                 };
-                // What was synced whole has no tail.
+                // A journal that was synced as a whole has no damaged end.
                 if length > synced {
                     std::io::Write::write_all(&mut &file, &garbage).unwrap();
                 }
@@ -142,7 +145,7 @@ fn a_journal_cut_at_every_byte_goes_on_and_keeps_every_whole_answer() {
     let bytes = std::fs::read(&whole.journal).unwrap();
     let rows = sessions.join("rate/rows.json");
     let reserved = std::fs::read_to_string(&rows).unwrap().replace("completed", "reserved");
-    // Every byte of the session itself, and every 97th of what stands before it.
+    // The journal is cut at every byte after the record `ready`, and at every 97th byte before it.
     let ready = bytes.windows(9).position(|w| w == b"\"ready\":{").unwrap();
     for cut in (0..ready).step_by(97).chain(ready..bytes.len()) {
         std::fs::remove_dir_all(sessions.join("rate/s01")).unwrap();
@@ -152,7 +155,7 @@ fn a_journal_cut_at_every_byte_goes_on_and_keeps_every_whole_answer() {
         let ended = simulate(&study, &lab.store(), &sessions, "s01", 90.0, &options);
         let ended = ended.unwrap_or_else(|e| panic!("cut at {cut}: {e}"));
         assert_eq!(answers(&ended.journal), undisturbed, "cut at {cut}");
-        // What was cut off is still there, beside the journal.
+        // The torn line is kept in a file beside the journal.
         let torn = bytes[..cut].iter().rev().take_while(|b| **b != b'\n').count();
         let aside = whole.journal.with_file_name("001.jsonl.aside-1");
         assert_eq!(std::fs::metadata(aside).map_or(0, |m| m.len()), torn as u64);
@@ -177,7 +180,7 @@ fn a_flipped_bit_stops_the_reading_with_its_line_and_nothing_is_cut() {
         assert!(names_it && error.contains("001.jsonl"), "bit of line {line}: {error}");
         assert_eq!(std::fs::read(&path).unwrap(), damaged);
     }
-    // `recover` keeps all before the damage and everything else in a file beside.
+    // `recover` keeps everything before the damage in the journal and moves the rest to a file beside it.
     let mut damaged = bytes.clone();
     let at = bytes.len() / 2;
     damaged[at] ^= 1;
@@ -196,7 +199,8 @@ fn a_flipped_bit_stops_the_reading_with_its_line_and_nothing_is_cut() {
     );
 }
 
-/// The program under a limit on the size of files: the write that passes it is done in part and fails, as on a full disk.
+/// Runs the program with a limit on the size of files. The write that exceeds it is done in part and fails, as on a
+/// full disk.
 #[cfg(unix)]
 fn with_little_space(lab: &Lab, blocks: u32, args: &[&str]) -> std::process::Output {
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
@@ -256,7 +260,7 @@ fn a_clock_that_was_set_back_is_said_and_loses_nothing() {
             break;
         }
     }
-    // As if everything so far had been written tomorrow.
+    // The records so far are given times one day in the future.
     let mut bytes = Vec::new();
     for entry in journal::read(&path).unwrap().map_while(Result::ok) {
         let wall = entry.wall + chrono::Duration::days(1);
@@ -306,7 +310,8 @@ fn killed_at_random_moments_the_session_ends_as_if_nothing_had_happened() {
             killed += 1;
         }
         let output = child.wait_with_output().unwrap();
-        // Killed, or over (perhaps by the kill before this one, after its last step); never failed.
+        // The program was killed or the session is complete. It may have become complete just before an earlier kill.
+        // In no other case may the program fail.
         let was_over = stderr(&output).contains("has completed this study");
         assert!(was_over || output.status.code() != Some(1), "{}", stderr(&output));
         if was_over || output.status.success() {
@@ -315,7 +320,7 @@ fn killed_at_random_moments_the_session_ends_as_if_nothing_had_happened() {
             assert!(accepted(&place.journal, u64::MAX).iter().all(|(p, _)| *p < 241));
         }
     }
-    // The same people in the same rows, undisturbed.
+    // The same participants have the same rows in sessions without kills.
     let relaxed = Options { durability: Durability::Relaxed, ..options(Disk::real()) };
     let quiet = |id: &str| simulate(&study, &lab.store(), &lab.path("quiet"), id, 90.0, &relaxed).unwrap();
     quiet("warm-up");
