@@ -1,4 +1,6 @@
-//! Sessions in a window, answered by real keys: an X server without a monitor, a software device, validation on.
+//! Tests whole sessions in a desktop window, answered by simulated keys and mouse clicks, and the commands `display
+//! test` and `live`. The oracle is the script that the keys follow. Needs a Vulkan device, Xvfb, xdotool and
+//! ImageMagick; tests are skipped, with a message, where one of the programs is missing.
 #![cfg(feature = "gpu")]
 
 mod desk;
@@ -15,7 +17,7 @@ use cyclopean_analysis::journal::record::{Outcome, Purpose, Record, Shown, Trust
 use desk::{Desk, EyePainter, entries, until};
 use lab::{Lab, stderr};
 
-/// A study of the repository with short times, few conditions and small pictures.
+/// A study of the repository, changed to have short times, few conditions and small pictures.
 fn short(name: &str) -> serde_json::Value {
     let path = format!("{}/studies/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let mut study: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
@@ -28,7 +30,8 @@ fn short(name: &str) -> serde_json::Value {
     study["practice"] = serde_json::json!([study["practice"][0]]);
     study["stimuli"]["width_px"] = desk::STILL.0.into();
     study["stimuli"]["height_px"] = desk::STILL.1.into();
-    // A shared machine without a monitor keeps no time to the millisecond; frames are counted all the same.
+    // A shared machine without a monitor does not keep time to the millisecond, so the rules of validity are loose.
+    // Frames are still counted.
     study["validity"] =
         serde_json::json!({"lost_ms": 5000, "gap_ms": 5000, "duration_percent": 100, "toggle_ms": 5000});
     study
@@ -42,10 +45,10 @@ fn lab(study: &serde_json::Value) -> Lab {
     lab
 }
 
-/// A key that the window did not get is pressed again after this time.
+/// After this time a key that had no effect is pressed again, in case the window did not get it.
 const PRESS_AGAIN: Duration = Duration::from_secs(10);
 
-/// A participant who follows a script at the keyboard.
+/// A simulated participant who follows a script at the keyboard.
 struct Sitting<'a> {
     desk: &'a Desk,
     lab: &'a Lab,
@@ -71,15 +74,15 @@ impl<'a> Sitting<'a> {
         self.journal().iter().filter(|e| is(&e.record)).count()
     }
 
-    /// A picture of each phase, the first time it is met.
+    /// Takes a picture of each phase, the first time it is reached.
     fn look(&mut self, what: &str) {
         if self.seen.insert(what.to_owned()) {
             self.desk.still_picture(what);
         }
     }
 
-    /// Presses a key, and once more only where nothing came of it for long: a key that is handled late on a busy machine
-    /// would answer the next question too.
+    /// Presses a key, and again only if it had no effect for a long time. A busy machine may handle a key late, and a
+    /// second press would then answer the next question too.
     fn press_until_so(&self, key: &str, what: &str, is_so: impl Fn() -> bool) {
         let mut pressed: Option<Instant> = None;
         until(what, || {
@@ -91,7 +94,7 @@ impl<'a> Sitting<'a> {
         });
     }
 
-    /// Presses until something is written.
+    /// Presses a key until a further record for which `is` holds is in the journal.
     fn press_until(&self, key: &str, what: &str, is: impl Fn(&Record) -> bool) {
         let before = self.count(&is);
         self.press_until_so(key, what, || self.count(&is) > before);
@@ -101,7 +104,7 @@ impl<'a> Sitting<'a> {
         self.count(|r| matches!(r, Record::Phase(p) if p.phase == phase)) > 0
     }
 
-    /// Goes on from a page to whatever comes.
+    /// Waits for the page of this phase and turns it.
     fn turn(&mut self, phase: &str) {
         until(phase, || self.phase(phase));
         self.look(phase);
@@ -109,12 +112,12 @@ impl<'a> Sitting<'a> {
         self.press_until_so("Return", "the page turns", || self.journal().len() > lines);
     }
 
-    /// One presentation to its confirmed answer; gives (presentation, choice).
+    /// Watches one presentation and answers it. Returns the presentation's number and the choice.
     fn rate(&mut self, choices: u32) -> (u32, u32) {
         self.rate_after(choices, 0)
     }
 
-    /// `cut_off`: attempts that were begun and never answered.
+    /// The same after `cut_off` attempts that were begun and never answered.
     fn rate_after(&mut self, choices: u32, cut_off: usize) -> (u32, u32) {
         let answers = self.count(|r| matches!(r, Record::Answer(_)));
         until("a presentation begins", || self.count(|r| matches!(r, Record::Begin(_))) > answers + cut_off);
@@ -126,13 +129,13 @@ impl<'a> Sitting<'a> {
         let presentation = begun.unwrap();
         let is_over = || self.count(|r| matches!(r, Record::Presentation(_))) > answers;
         if !self.seen.contains("stimulus") {
-            until("the stimulus stands, or has stood", || {
+            until("the stimulus is being shown or has been shown", || {
                 is_over() || desk::shows_stimulus(&self.desk.picture("stimulus"))
             });
             self.seen.insert("stimulus".to_owned());
         }
         until("the stimulus is over", || self.count(|r| matches!(r, Record::Presentation(_))) > answers);
-        until("the panel stands", || !desk::shows_stimulus(&self.desk.picture("panel")));
+        until("the panel is shown", || !desk::shows_stimulus(&self.desk.picture("panel")));
         self.look("panel");
         let choice = (2 * presentation + 1) % choices;
         self.press_until(&(choice + 1).to_string(), "the choice is taken", |r| matches!(r, Record::Change(_)));
@@ -166,7 +169,7 @@ impl Drop for Sitting<'_> {
     }
 }
 
-/// What must hold of every journal: frames as asked, answers as scripted.
+/// Checks what must hold for every journal: the frames were shown as asked, and the answers are those of the script.
 fn check(entries: &[Entry], script: &[(u32, u32)]) {
     let mut answers = Vec::new();
     for entry in entries {
@@ -176,7 +179,7 @@ fn check(entries: &[Entry], script: &[(u32, u32)]) {
                 let frames: Vec<_> = p.segments.iter().map(|s| (s.frames_asked, s.frames_shown)).collect();
                 println!("{frames:?}, {} missed, {:.0} ms, gap {:.1} ms", p.missed, p.duration_ms, p.longest_gap_ms);
                 for segment in &p.segments {
-                    // Missed frames are time that passed: shown and missed together make what was asked.
+                    // The number of shown frames may differ from the number asked for by no more than the missed ones.
                     let late = segment.frames_asked.abs_diff(segment.frames_shown);
                     assert!(late <= p.missed, "{segment:?}, {} missed", p.missed);
                 }
@@ -198,13 +201,13 @@ fn presentations(entries: &[Entry]) -> usize {
     entries.iter().filter(|e| matches!(e.record, Record::Planned(_))).count()
 }
 
-/// Of the study's first row, as the display's pixels make them.
+/// The setup of the study's first row, for a display with 60 Hz and 90 pixels per degree.
 fn setup(lab: &Lab) -> Setup {
     let definition = lab.load().definition;
     Setup::new(&definition, &Plan::draw(&definition, 0), 60.0, Trust::Predicted, 90.0)
 }
 
-/// What was written, and the presentations and choices of the script.
+/// The journal's entries, and the presentations and choices of the script.
 type Done = (Vec<Entry>, Vec<(u32, u32)>);
 
 fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<Done> {
@@ -238,7 +241,7 @@ fn study_1_in_red_and_cyan() {
     });
     for p in shown {
         assert_eq!(p.segments[0].frames_asked, 60);
-        // Whole frames of a loaded machine: as long as asked, and at most a few frames more.
+        // The segment lasts for the second that was asked for, and on a loaded machine up to 0.3 s longer.
         assert!((999.0..1300.0).contains(&p.duration_ms), "{} ms", p.duration_ms);
     }
 }
@@ -306,7 +309,7 @@ fn the_recommended_study_with_consent_questionnaires_and_stereograms() {
     }
     until("the questionnaire", || sitting.phase("ssq-after"));
     for item in setup.items.iter().filter(|i| i.questionnaire == "ssq-after") {
-        // Nothing has to be said.
+        // The participant need not answer a question of a questionnaire.
         sitting.press_until("BackSpace", item.name, is_item);
         chosen.push(None);
     }
@@ -330,16 +333,16 @@ fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
     study["analysis"]["contrasts"] = serde_json::json!([]);
     study["repetitions"] = 1.into();
     study["practice"] = serde_json::json!([]);
-    // The film moves for 0.6 seconds and stands for the rest of them.
+    // The film lasts 0.6 seconds, and its last frame is shown for the rest of the six seconds.
     study["protocol"] = serde_json::json!([{"show": "stimulus", "seconds": 6.0}]);
     study["validity"]["skipped_percent"] = 100.into();
     let lab = lab(&study);
     let mut sitting = Sitting::begin(&desk, &lab, &["--mode", "left"]);
     sitting.turn("instructions");
     until("the presentation begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 1);
-    // The white disc sinks from the middle of the left eye's reddish picture to where the last frame has it.
+    // The white disc moves down from the middle of the left eye's reddish picture to its place in the last frame.
     let last = f64::from((desk::FILM.frames - 1) * desk::SINKS_PX) / f64::from(desk::STILL.1);
-    until("the last frame stands", || {
+    until("the last frame is shown", || {
         let picture = desk.picture("film");
         let rows = |is: &dyn Fn(f64, [u8; 3]) -> bool| -> Vec<f64> {
             let rows = picture.enumerate_pixels().map(|(_, y, p)| (f64::from(y), p.0));
@@ -349,7 +352,7 @@ fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
         let top = red.iter().copied().fold(f64::INFINITY, f64::min);
         let bottom = red.iter().copied().fold(0.0, f64::max);
         let height = bottom + 1.0 - top;
-        // Around the picture stand the window's own signs.
+        // The rows outside the picture are left out, because the window's own signs are drawn there.
         let white = rows(&|y, c| y > top && y < bottom && c.iter().all(|v| *v > 220));
         if white.len() < 900 || height < 100.0 {
             return false;
@@ -369,7 +372,7 @@ fn a_moving_stimulus_plays_in_the_window_and_its_last_frame_stands() {
     assert_eq!(segment.film_onsets_ns[0], Some(segment.first_ns));
     for (frame, onset) in segment.film_onsets_ns.iter().enumerate() {
         let Some(onset) = onset else { continue };
-        // Never early, and late by what the machine missed at the most.
+        // No frame may be early, or later than the machine's longest gap explains.
         let due = frame as f64 * 1e9 / desk::FILM.rate_hz;
         let late_ms = ((onset - segment.first_ns) as f64 - due) / 1e6;
         assert!((-1.0..p.longest_gap_ms + 20.0).contains(&late_ms), "frame {frame} is {late_ms} ms late");
@@ -385,7 +388,7 @@ fn a_window_killed_while_a_stimulus_stands_is_taken_up_again() {
     let mut script = vec![sitting.rate(5)];
     sitting.turn("ready");
     until("the next presentation begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 2);
-    until("its stimulus stands", || desk::shows_stimulus(&desk.picture("killed")));
+    until("its stimulus is shown", || desk::shows_stimulus(&desk.picture("killed")));
     let mut child = sitting.child.take().unwrap();
     child.kill().unwrap();
     child.wait().unwrap();
@@ -396,7 +399,7 @@ fn a_window_killed_while_a_stimulus_stands_is_taken_up_again() {
     until("the session is resumed", || sitting.journal().len() > before);
     sitting.look("welcome-back");
     let n = presentations(&sitting.journal());
-    until("it goes on", || {
+    until("the session goes on", || {
         desk.key("Return");
         sitting.count(|r| matches!(r, Record::Begin(_))) == 3
     });
@@ -414,7 +417,7 @@ fn a_window_killed_while_a_stimulus_stands_is_taken_up_again() {
             _ => None,
         })
         .collect();
-    assert_eq!(attempts[1].0, attempts[2].0, "the same presentation, as a new attempt");
+    assert_eq!(attempts[1].0, attempts[2].0, "the attempt after the kill is of another presentation");
     assert_eq!((attempts[1].1, attempts[2].1), (0, 1));
 }
 
@@ -426,25 +429,25 @@ fn a_window_can_be_resized_hidden_and_paused_and_the_mouse_answers() {
     until("instructions", || sitting.phase("instructions"));
     let window = desk.window();
     desk.window_does("windowsize", &window, &["800", "500"]);
-    // The corners right of the window show the desk, and so the same colour.
-    until("the desk is seen beside the smaller window", || {
+    // The corners right of the smaller window show the empty desktop, and therefore the same colour.
+    until("the desktop is seen beside the smaller window", || {
         let small = desk.picture("resized");
         small.get_pixel(1270, 10).0 == small.get_pixel(1270, 700).0
     });
     sitting.press_until("Return", "the page turns", |r| matches!(r, Record::Begin(_)));
     until("the stimulus is over", || sitting.count(|r| matches!(r, Record::Presentation(_))) == 1);
-    // Esc stands still; the answer is asked for afterwards.
+    // Esc pauses the session, which asks for the answer afterwards.
     sitting.press_until("Escape", "a pause", |r| matches!(r, Record::Pause(_)));
     sitting.look("paused");
-    sitting.press_until("Return", "it goes on", |r| matches!(r, Record::Continue(_)));
-    // The first of the buttons: they stand one below the other or side by side, somewhere in the left half.
+    sitting.press_until("Return", "the session goes on", |r| matches!(r, Record::Continue(_)));
+    // Finds the first button. The buttons are one below the other or side by side, somewhere in the left half.
     let first_button = |panel: &image::RgbImage| {
         let light = |x: u32, y: u32| panel.get_pixel(x, y).0[0] > 150 && panel.get_pixel(x, y).0[1] > 150;
         let inside = |&(x, y): &(u32, u32)| (0..30).all(|i| light(x + i, y) && light(x, y + i));
         (150..500).flat_map(|y| (60..700).map(move |x| (x, y))).find(inside)
     };
     let mut button = None;
-    until("a button of the panel", || {
+    until("a button of the panel is shown", || {
         button = first_button(&desk.picture("panel-small"));
         button.is_some()
     });
@@ -457,25 +460,25 @@ fn a_window_can_be_resized_hidden_and_paused_and_the_mouse_answers() {
         }
         sitting.count(|r| matches!(r, Record::Change(_))) == 1
     });
-    sitting.press_until("Return", "the answer", |r| matches!(r, Record::Answer(_)));
+    sitting.press_until("Return", "the answer is confirmed", |r| matches!(r, Record::Answer(_)));
     if desk.has_manager() {
         sitting.turn("ready");
         until("a stimulus begins", || sitting.count(|r| matches!(r, Record::Begin(_))) == 2);
-        until("it stands", || desk::shows_stimulus(&desk.picture("before-minimised")));
+        until("the stimulus is shown", || desk::shows_stimulus(&desk.picture("before-minimised")));
         desk.window_does("windowminimize", &window, &[]);
-        // Nothing is waited for here: this is how long nobody sees it, longer than the second asked for below.
+        // The window stays hidden for two seconds, longer than the second that is checked below.
         std::thread::sleep(Duration::from_secs(2));
         desk.window_does("windowmap", &window, &[]);
         desk.window_does("windowactivate", &window, &[]);
-        // Nobody saw it: the presentation does not count, or the session stands still.
+        // Nobody could see the stimulus, so the presentation must be lost or the session must pause.
         let is_judged = |r: &Record| match r {
             Record::Presentation(p) => p.lost_ms > 1000.0,
             Record::Pause(p) => p.reason == "not-seen",
             _ => false,
         };
-        until("what nobody saw is not counted as seen", || sitting.count(is_judged) == 1);
+        until("the presentation that nobody saw is lost or paused", || sitting.count(is_judged) == 1);
     }
-    // Closing the window is leaving for a while.
+    // Ctrl+Q closes the window and leaves the session unfinished, to be resumed later.
     desk.key("ctrl+q");
     let entries = sitting.end();
     assert_eq!(outcome(&entries), None);
@@ -493,7 +496,7 @@ fn without_a_desktop_one_sentence_says_so() {
         assert_eq!(output.status.code(), Some(1), "{said}");
         assert_eq!(said.trim().lines().count(), 1, "{said}");
         assert!(said.contains(words) && said.contains("cyclopean doctor"), "{said}");
-        assert!(!lab.sessions().exists(), "nobody has sat down");
+        assert!(!lab.sessions().exists(), "a session was begun");
     }
 }
 
@@ -507,10 +510,10 @@ fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
     desk.window();
     let is_extreme = |p: &image::Rgb<u8>| p.0 == [0; 3] || p.0 == [255; 3];
     let said = || std::fs::read_to_string(&words).unwrap();
-    until("the square for the photodiode, or the first question", || {
+    until("the square for the photodiode or the first question is shown", || {
         desk.picture("measuring").pixels().any(is_extreme) || said().contains("question")
     });
-    // A key is taken where a question stands, and each is asked once.
+    // A key is accepted only while a question is shown, and each question is asked once.
     let answer = |question: &str, name: &str, key: &str| {
         until(question, || said().contains(question));
         desk.still_picture(name);

@@ -1,6 +1,6 @@
-//! A desk for tests: an X server without a monitor, keys that are typed, pictures taken of the screen.
+//! A desktop for tests: an X server without a monitor, with simulated keys and pictures of the screen.
 
-#![allow(dead_code)] // Each test program uses its part.
+#![allow(dead_code)] // Each test program uses a part of this module.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest
 use cyclopean_analysis::journal::record::Film;
 use cyclopean_analysis::journal::{self, Entry};
 
-/// An X server with a window manager; both end with it.
+/// An X server with a window manager. Both are killed when this is dropped.
 pub struct Desk {
     server: Child,
     manager: Option<Child>,
@@ -22,10 +22,10 @@ pub struct Desk {
     _one: MutexGuard<'static, ()>,
 }
 
-/// Software devices and real time do not share a processor well: one desk at a time.
+/// Only one desk runs at a time, because a software device and a display in real time disturb each other's timing.
 static ONE: Mutex<()> = Mutex::new(());
 
-/// Says why displays cannot be tested here, unless they must be.
+/// Prints why displays cannot be tested here. Panics instead if `CYCLOPEAN_REQUIRE_DISPLAYS` or `CI` is set.
 pub fn skip(why: &str) {
     let set = |name: &str| std::env::var(name).is_ok_and(|v| !v.is_empty() && v != "0" && v != "false");
     assert!(!set("CYCLOPEAN_REQUIRE_DISPLAYS") && !set("CI"), "{why}");
@@ -33,7 +33,8 @@ pub fn skip(why: &str) {
 }
 
 impl Desk {
-    /// None where Xvfb or xdotool are missing (`./x setup` installs them). Pictures go to `target/tmp/desktop/NAME-*.png`.
+    /// Starts a desk, or returns `None` where Xvfb, xdotool or ImageMagick's `import` is missing (`./x setup` installs
+    /// them). Pictures are stored as `target/tmp/desktop/NAME-*.png`.
     pub fn new(name: &str) -> Option<Desk> {
         for tool in ["Xvfb", "xdotool", "import"] {
             if Command::new("sh").args(["-c", &format!("command -v {tool} >/dev/null")]).status().ok()?.code()
@@ -57,17 +58,17 @@ impl Desk {
         let desk = Desk { server, manager, display, gallery: gallery.join(name), _one: one };
         if desk.has_manager() {
             // Only a window manager answers this question.
-            until("the window manager manages", || desk.xdotool(&["get_num_desktops"]).is_some());
+            until("the window manager runs", || desk.xdotool(&["get_num_desktops"]).is_some());
         }
         Some(desk)
     }
 
-    /// Minimising needs one.
+    /// Whether there is a window manager, which minimising a window needs.
     pub fn has_manager(&self) -> bool {
         self.manager.is_some()
     }
 
-    /// Runs on this desk, with validation.
+    /// Runs a command on this desk, with Vulkan validation.
     pub fn on(&self, command: &mut Command) -> Child {
         command
             .env("DISPLAY", &self.display)
@@ -80,7 +81,7 @@ impl Desk {
             .expect("the program starts")
     }
 
-    /// The same; what it says on standard error can be read in a file meanwhile.
+    /// The same, but standard error goes to the file `said`, which can be read while the command runs.
     pub fn on_saying(&self, command: &mut Command, said: &Path) -> Child {
         let said = std::fs::File::create(said).unwrap();
         command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env("CYCLOPEAN_VALIDATION", "1");
@@ -92,7 +93,7 @@ impl Desk {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
-    /// The program's window, once it is there, with the keyboard.
+    /// Waits for the program's window, gives it the keyboard focus and returns its number.
     pub fn window(&self) -> String {
         let began = Instant::now();
         loop {
@@ -101,12 +102,12 @@ impl Desk {
                 self.xdotool(&["windowfocus", &window]);
                 return window;
             }
-            assert!(began.elapsed() < Duration::from_secs(60), "no window within a minute");
+            assert!(began.elapsed() < Duration::from_secs(60), "there was no window within a minute");
             std::thread::sleep(Duration::from_millis(100));
         }
     }
 
-    /// A real key goes down and up.
+    /// Presses and releases a key.
     pub fn key(&self, key: &str) {
         self.xdotool(&["key", key]);
     }
@@ -119,7 +120,7 @@ impl Desk {
         self.xdotool(&[&[what, window], more].concat());
     }
 
-    /// What is on the screen, kept for people to judge.
+    /// Takes a picture of the screen. The file is kept so that people can look at it.
     pub fn picture(&self, what: &str) -> image::RgbImage {
         let path = PathBuf::from(format!("{}-{what}.png", self.gallery.display()));
         let mut import = Command::new("import");
@@ -129,10 +130,10 @@ impl Desk {
         image::open(&path).expect("a picture of the screen").into_rgb8()
     }
 
-    /// The same, once the screen stands still: two pictures in a row show the same.
+    /// The same, once two pictures in a row are equal, so that nothing on the screen moves.
     pub fn still_picture(&self, what: &str) -> image::RgbImage {
         let mut last = self.picture(what);
-        until(&format!("{what}: the screen stands still"), || {
+        until(&format!("{what}: the screen no longer changes"), || {
             let before = std::mem::replace(&mut last, self.picture(what));
             before == last
         });
@@ -149,7 +150,7 @@ impl Drop for Desk {
     }
 }
 
-/// Everything in a journal so far; a torn last line is not there yet.
+/// The entries of a journal so far, without a last line that is not yet complete.
 pub fn entries(journal: &Path) -> Vec<Entry> {
     match journal::read(journal) {
         Ok(entries) => entries.map_while(Result::ok).collect(),
@@ -157,29 +158,30 @@ pub fn entries(journal: &Path) -> Vec<Entry> {
     }
 }
 
-/// Waits for something, at most two minutes.
+/// Waits until `is` returns true, and panics with `what` after two minutes.
 pub fn until(what: &str, mut is: impl FnMut() -> bool) {
     let began = Instant::now();
     while !is() {
-        assert!(began.elapsed() < Duration::from_secs(120), "not within two minutes: {what}");
+        assert!(began.elapsed() < Duration::from_secs(120), "this did not happen within two minutes: {what}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
 
-/// Pictures whose eyes can be told apart: left reddish with a disc on the left, right bluish with one on the right; the
-/// ground's green tells the stimuli apart.
+/// Renders stimuli whose eyes can be told apart: the left one is reddish with a disc on the left, and the right one is
+/// bluish with a disc on the right. The stimuli differ in the green of their ground.
 #[derive(Default)]
 pub struct EyePainter;
 
 pub const STILL: (u32, u32) = (320, 180);
-/// Frames of a stimulus along a path, and how far its disc moves down with each of them, pixels.
+/// The frames of a stimulus along a path.
 pub const FILM: Film = Film { rate_hz: 10.0, frames: 6 };
+/// How far the disc moves down with each of them, in pixels.
 pub const SINKS_PX: u32 = 10;
 pub const LEFT: [u8; 3] = [200, 60, 60];
 pub const RIGHT: [u8; 3] = [60, 60, 200];
 
-/// Does a stimulus of [`EyePainter`] stand on this screen? Its ground has a colour, in every mode of the display; panels and
-/// pages are grey. The title bar is left out, and the coloured frame that marks a pilot session is far smaller.
+/// Whether this screen shows a stimulus of [`EyePainter`]. Its ground is coloured in every display mode, while panels
+/// and pages are grey. The title bar is left out. The coloured frame that marks a pilot session has far fewer pixels.
 pub fn shows_stimulus(screen: &image::RgbImage) -> bool {
     let chroma = |p: [u8; 3]| p.iter().max().zip(p.iter().min()).map_or(0, |(high, low)| high - low);
     screen.enumerate_pixels().filter(|(_, y, p)| *y > 40 && chroma(p.0) > 15).count() > 20_000
@@ -200,7 +202,7 @@ impl StimulusRenderer for EyePainter {
                 let mut color = [LEFT, RIGHT][eye as usize];
                 color[1] = color[1] / 2 + tell;
                 let cx = if eye == 0 { w / 4 } else { 3 * w / 4 };
-                // The disc of a film sinks.
+                // In a film the disc moves down with each frame.
                 let (dx, dy) = (x as i32 - cx as i32, y as i32 - (h / 2 + frame * SINKS_PX) as i32);
                 image::Rgb(if dx * dx + dy * dy < 400 { [240, 240, 240] } else { color })
             })
