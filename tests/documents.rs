@@ -1,4 +1,6 @@
-//! The pages are true: links lead somewhere, files that are named are there, commands and options exist.
+//! Checks the documentation: links must lead somewhere, the files that it names must be there, and the commands and
+//! options must exist. The oracles are the repository's files and the programs' own manual pages. Needs no GPU;
+//! checking commands needs a build that renders.
 
 #[cfg(feature = "gpu")]
 mod lab;
@@ -8,7 +10,7 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "gpu")]
 use std::process::Command;
 
-/// Options of other programs that the pages name.
+/// Options of other programs that the pages name, each with its program.
 #[cfg(feature = "gpu")]
 const OF_OTHERS: &[(&str, &str)] = &[
     ("--array", "sbatch"),
@@ -39,7 +41,7 @@ const OF_OTHERS: &[(&str, &str)] = &[
 const FOLDERS: &[&str] =
     &["analysis/", "docs/", "examples/", "languages/", "scenes/", "shaders/", "src/", "studies/", "tests/"];
 
-/// A README is read in two screens.
+/// The README should fit on two screens.
 const MOST_LINES_OF_README: usize = 112;
 
 fn root() -> PathBuf {
@@ -54,19 +56,19 @@ fn pages() -> BTreeMap<String, String> {
         names.filter(|name| name.ends_with(".md")).map(|name| format!("{folder}{name}")).collect()
     };
     let found: Vec<String> = [markdown(""), markdown("docs/")].concat();
-    assert!(found.len() > 8, "the pages are elsewhere: {found:?}");
+    assert!(found.len() > 8, "most pages were not found: {found:?}");
     let read = |page: &String| std::fs::read_to_string(root().join(page)).expect("UTF-8");
     found.iter().map(|page| (page.clone(), read(page))).collect()
 }
 
 #[track_caller]
 fn none(found: Vec<String>) {
-    assert!(found.is_empty(), "not true:\n  {}", found.join("\n  "));
+    assert!(found.is_empty(), "the documentation has errors:\n  {}", found.join("\n  "));
 }
 
 // ---- Reading Markdown ------------------------------------------------------------------------------------------
 
-/// Targets of `[text](target)` and `![text](target)`, without those in code.
+/// The targets of `[text](target)` and `![text](target)` outside of code.
 fn links(page: &str) -> Vec<String> {
     let mut found = Vec::new();
     for line in prose(page) {
@@ -79,7 +81,7 @@ fn links(page: &str) -> Vec<String> {
     found
 }
 
-/// Lines outside blocks of code, with `inline code` taken out.
+/// The lines outside blocks of code, without their `inline code`.
 fn prose(page: &str) -> Vec<String> {
     let mut is_fenced = false;
     let mut lines = Vec::new();
@@ -93,7 +95,7 @@ fn prose(page: &str) -> Vec<String> {
     lines
 }
 
-/// `inline code`, which may go over a line's end, outside blocks.
+/// The `inline code` outside blocks of code. It may go over the end of a line.
 fn inline_code(page: &str) -> Vec<String> {
     let mut is_fenced = false;
     let is_kept = |line: &&str| {
@@ -102,11 +104,11 @@ fn inline_code(page: &str) -> Vec<String> {
         !is_fenced && !is_fence && !line.starts_with("    ")
     };
     let text = page.lines().filter(is_kept).collect::<Vec<_>>().join("\n");
-    // A paragraph without an even number of marks would turn the rest inside out.
+    // Each paragraph is split alone. Otherwise a missing mark in one would exchange code and text in all that follow.
     text.split("\n\n").flat_map(|part| part.split('`').skip(1).step_by(2)).map(|c| c.replace('\n', " ")).collect()
 }
 
-/// Lines of indented and fenced blocks, continued lines joined.
+/// The lines of indented and fenced blocks, with continued lines joined.
 fn block_lines(page: &str) -> Vec<String> {
     let (mut is_fenced, mut lines, mut open) = (false, Vec::new(), None::<String>);
     for line in page.lines() {
@@ -149,7 +151,7 @@ fn expanded(path: &str) -> Vec<String> {
     }
 }
 
-/// A file, a folder, or what a last part with one `*` stands for.
+/// Whether there is this file or folder, or any that matches if the last part of the path has a `*`.
 fn is_there(path: &str) -> bool {
     let Some((folder, name)) = path.rsplit_once('/').filter(|(_, name)| name.contains('*')) else {
         return root().join(path).exists();
@@ -162,7 +164,7 @@ fn is_there(path: &str) -> bool {
 
 // ---- The programs' own words -----------------------------------------------------------------------------------
 
-/// Command (`cyclopean scene check`) → its options, from the manual pages that the program writes.
+/// Each command (such as `cyclopean scene check`) with its options, from the manual pages that the programs write.
 #[cfg(feature = "gpu")]
 fn commands() -> BTreeMap<String, BTreeSet<String>> {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -176,14 +178,14 @@ fn commands() -> BTreeMap<String, BTreeSet<String>> {
     for entry in std::fs::read_dir(folder.path()).expect("manual pages").flatten() {
         let name = entry.file_name().to_string_lossy().trim_end_matches(".1").replace('-', " ");
         let text = std::fs::read_to_string(entry.path()).expect("a manual page").replace("\\-", "-");
-        // Words for fonts stand close to what they set.
+        // The marks for fonts have no blank between them and the text.
         let text = ["\\fB", "\\fI", "\\fR"].iter().fold(text, |text, font| text.replace(font, " "));
         found.insert(name, options(&text));
     }
     found
 }
 
-/// Words that begin with two dashes and a letter.
+/// The words that begin with two dashes and a letter.
 fn options(text: &str) -> BTreeSet<String> {
     let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let mut found = BTreeSet::new();
@@ -202,7 +204,7 @@ fn options(text: &str) -> BTreeSet<String> {
 fn command_of<'a>(line: &'a str, known: &BTreeMap<String, BTreeSet<String>>) -> Option<(String, &'a str)> {
     let begins = |name: &&String| line == name.as_str() || line.starts_with(&format!("{name} "));
     let name = known.keys().filter(begins).max_by_key(|name| name.len())?;
-    // What two blanks stand before is a remark.
+    // Text after two blanks is a remark.
     let rest = line[name.len()..].split("  ").next().unwrap_or_default();
     Some((name.clone(), rest))
 }
@@ -226,7 +228,7 @@ fn every_link_leads_somewhere() {
             }
         }
     }
-    assert!(checked > 30, "the pages link to {checked} places only: the check sees nothing");
+    assert!(checked > 30, "only {checked} links were found on the pages, so the check misses most of them");
     none(wrong);
 }
 
@@ -244,7 +246,7 @@ fn every_file_that_is_named_is_there() {
                 }
             }
         }
-        // Pages that are named without being linked.
+        // Pages may also be named without a link.
         for word in text.split(|c: char| c.is_whitespace() || "()[],;:`".contains(c)) {
             let word = word.trim_end_matches('.').split('#').next().unwrap_or_default();
             if word.starts_with("docs/") && word.ends_with(".md") && !is_there(word) {
@@ -252,7 +254,7 @@ fn every_file_that_is_named_is_there() {
             }
         }
     }
-    assert!(checked > 80, "the pages name {checked} files only: the check sees nothing");
+    assert!(checked > 80, "only {checked} named files were found on the pages, so the check misses most of them");
     none(wrong);
 }
 
@@ -269,13 +271,13 @@ fn every_command_and_option_exists() {
         for line in block_lines(&text).iter().chain(&inline) {
             let line = line.trim();
             let program = line.split(' ').next().unwrap_or_default();
-            // The text that a random stream is named by has line feeds in it.
+            // The text that names a random stream has `\n` in it and is no command.
             let is_command = line.contains(' ') && !line.contains("\\n");
             if !is_command || !(program == "cyclopean" || program == "mos" && has_mos) {
                 continue;
             }
             let second = line.split(' ').nth(1).unwrap_or_default();
-            // A sentence such as "`mos` reads" has no command line in its code.
+            // Code of a single word, as in "`mos` reads", is no command line and was skipped above.
             let (name, rest) = command_of(line, &known).expect("the program itself is known");
             checked += 1;
             let is_global = second.starts_with("--") || second.starts_with('…');
@@ -296,7 +298,7 @@ fn every_command_and_option_exists() {
             }
         }
     }
-    assert!(checked > 80, "the pages have {checked} command lines only: the check sees nothing");
+    assert!(checked > 80, "only {checked} command lines were found on the pages, so the check misses most of them");
     none(wrong);
 }
 
@@ -316,7 +318,7 @@ fn the_readme_is_short_and_lists_every_page() {
     );
 }
 
-/// A block `rust,ignore FILE`: the code stands in that file, however far to the right.
+/// The code of a block `rust,ignore FILE` must be found in that file. Indentation does not matter.
 #[test]
 fn code_that_a_page_quotes_stands_in_its_file() {
     let lines = |text: &str| text.lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>();
@@ -332,11 +334,11 @@ fn code_that_a_page_quotes_stands_in_its_file() {
             }
         }
     }
-    assert!(checked >= 6, "{checked} blocks were found");
+    assert!(checked >= 6, "only {checked} blocks were found");
     none(wrong);
 }
 
-/// The table of methods is made from their descriptions: one place to write a method down.
+/// The table of methods must be the one that is made from the methods' descriptions.
 #[test]
 fn the_page_lists_the_methods() {
     let path = root().join("docs/rendering.md");
@@ -349,7 +351,7 @@ fn the_page_lists_the_methods() {
     if std::env::var_os("CYCLOPEAN_RENEW").is_some() {
         std::fs::write(&path, &renewed).expect("the page is written");
     }
-    assert!(page == renewed, "run this test once with CYCLOPEAN_RENEW=1");
+    assert!(page == renewed, "the table of methods is outdated; run this test once with CYCLOPEAN_RENEW=1");
 }
 
 // ---- The checker itself ----------------------------------------------------------------------------------------

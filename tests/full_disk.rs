@@ -1,4 +1,6 @@
-//! A disk that is really full: a file system of 64 KiB in memory, with more and less space left on it.
+//! Tests sessions on a disk that really is full: a file system of 64 KiB in memory, with different amounts of space
+//! left. The oracle is the same session with enough space. Needs Linux and the right to mount, and is skipped, with a
+//! message, without it.
 #![cfg(target_os = "linux")]
 
 mod lab;
@@ -15,7 +17,7 @@ use lab::{Lab, rate, stderr};
 
 const PAGE: usize = 4096;
 
-/// A mounted file system, taken away again in any case.
+/// A mounted file system. It is unmounted when this is dropped, also if the test fails.
 struct Small(PathBuf);
 
 impl Small {
@@ -32,7 +34,8 @@ impl Drop for Small {
     }
 }
 
-/// Presentation → choice of every answer that counts, as far as the lines are whole; none twice.
+/// The choice for each presentation with an answer that counts, up to the first damaged line. Panics if a presentation
+/// has two such answers.
 fn answers(path: &Path) -> BTreeMap<u32, u32> {
     let mut out = BTreeMap::new();
     for entry in journal::read(path).expect("readable").map_while(Result::ok) {
@@ -70,7 +73,7 @@ fn a_full_disk_stops_a_session_with_a_sentence_and_space_lets_it_go_on() {
         assert_eq!(output.status.code(), Some(1), "{said}");
         assert!(said.contains("No space left on device") && said.contains("small/sessions/rate"), "{said}");
         assert_eq!(said.trim_end().lines().count(), 1, "{said}");
-        // Whatever was accepted is there, now and after every further try.
+        // Every answer that was accepted must be in the journal, now and after every further try.
         let of_rate = Sessions::new(Disk::real(), &sessions, "rate");
         let place = of_rate.unfinished("s01").ok();
         let before = place.as_ref().map(|p| answers(&p.journal)).unwrap_or_default();
@@ -82,19 +85,19 @@ fn a_full_disk_stops_a_session_with_a_sentence_and_space_lets_it_go_on() {
         assert!(stderr(&still_full).contains("No space left on device"), "{}", stderr(&still_full));
         if let Some(place) = &place {
             let after = answers(&place.journal);
-            assert!(before.iter().all(|(p, choice)| after.get(p) == Some(choice)), "{pages} pages taken");
+            assert!(before.iter().all(|(p, choice)| after.get(p) == Some(choice)), "{pages} pages were filled");
         }
         std::fs::remove_file(&filler).expect("removed");
         let more: &[&str] = if of_rate.unfinished("s01").is_ok() { &["--resume", "--yes"] } else { &[] };
         let output = lab.simulate("s01", &[&["--sessions", "small/sessions"], more].concat());
-        assert!(output.status.success(), "{pages} pages taken: {}", stderr(&output));
-        // Killed before trial 1, it began anew under the next number.
+        assert!(output.status.success(), "{pages} pages were filled: {}", stderr(&output));
+        // A session that was stopped before its first trial has begun anew under the next number.
         let last = ["002", "001"].map(|s| sessions.join(format!("rate/s01/{s}.jsonl")));
         let ended = last.iter().find(|p| p.exists()).expect("a journal");
         let votes = collect(ended).expect("whole");
         assert_eq!((votes.outcome, votes.votes.len()), (Some(Outcome::Completed), 28));
-        assert_eq!(answers(ended), undisturbed, "{pages} pages taken");
+        assert_eq!(answers(ended), undisturbed, "{pages} pages were filled");
     }
-    assert!(stopped >= 5 && midway >= 2, "{stopped} stopped, {midway} of them after an answer");
+    assert!(stopped >= 5 && midway >= 2, "only {stopped} sessions stopped, {midway} of them after an answer");
     println!("{stopped} sessions stopped by a full disk, {midway} of them after an answer");
 }
