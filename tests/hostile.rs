@@ -1,5 +1,6 @@
-//! Hostile input: every reader refuses it with one sentence that names the file, at once, in bounded memory, without a
-//! panic; nothing outside a scene's folder is read; nothing that a terminal obeys is printed. Needs no GPU.
+//! Gives the program hostile input. Every reader must refuse it without a panic, within a time limit and a memory
+//! limit, and with one message that names the file. The program must read nothing outside a scene's folder and print
+//! nothing that a terminal would execute. Needs no GPU, but a Unix with `sh` and `mkfifo`.
 #![cfg(unix)]
 
 mod lab;
@@ -17,15 +18,15 @@ use cyclopean::study::validate;
 use lab::{Lab, rate};
 use serde_json::{Value, json};
 
-/// Address space, and so memory, that the program may take, in KiB: well below what an endless file would fill.
+/// The limit of the program's address space and thus of its memory, in KiB. An endless file would soon exceed it.
 const MOST_KIB: &str = "6000000";
-/// Well above what any refusal takes, for a busy machine and a build without optimisation.
+/// The time limit of one run. It is well above what any refusal takes, even on a busy machine without optimisation.
 const LONGEST: Duration = Duration::from_secs(20);
 const PROGRAM: &str = env!("CARGO_BIN_EXE_cyclopean");
 
 // ---- The table -------------------------------------------------------------------------------------------------
 
-/// What is tried: arguments of the program, and the file that its sentence must name.
+/// One hostile input: the arguments of the program, and the file that its message must name.
 struct Case {
     reader: &'static str,
     what: String,
@@ -40,7 +41,7 @@ struct Table {
 }
 
 impl Table {
-    /// A case whose file is there already; `{}` in `arguments` stands for it.
+    /// Adds a case whose file exists already. `{}` in `arguments` stands for the file.
     fn at(&mut self, reader: &'static str, what: &str, file: &Path, arguments: &[&str]) {
         let name = file.to_string_lossy();
         self.cases.push(Case {
@@ -52,7 +53,7 @@ impl Table {
         });
     }
 
-    /// A case whose file holds `bytes`, in a folder of its own.
+    /// Adds a case whose file holds `bytes`, in a folder of its own.
     fn put(&mut self, reader: &'static str, what: &str, name: &str, bytes: impl AsRef<[u8]>, arguments: &[&str]) {
         let file = self.new_file(name);
         std::fs::write(&file, bytes).expect("written");
@@ -65,11 +66,11 @@ impl Table {
         folder.join(name)
     }
 
-    /// What stands in a file's place and is none, for any reader.
+    /// Adds cases, for any reader, in which there is something other than a regular file, or nothing.
     fn no_files(&mut self, reader: &'static str, name: &str, arguments: &[&str]) {
         type Make = fn(&Path);
         let made: [(&str, Make); 7] = [
-            ("nothing there", |_| {}),
+            ("no file", |_| {}),
             ("a named pipe", fifo),
             ("a link to a named pipe", |p| {
                 fifo(&p.with_file_name("pipe"));
@@ -78,7 +79,7 @@ impl Table {
             ("a link to /dev/zero", |p| symlink("/dev/zero", p).expect("linked")),
             ("a folder", |p| std::fs::create_dir(p).expect("a folder")),
             ("a socket", |p| drop(std::os::unix::net::UnixListener::bind(p).expect("bound"))),
-            ("a hole of 2 TiB", |p| {
+            ("a sparse file of 2 TiB", |p| {
                 std::fs::File::create(p).and_then(|f| f.set_len(2 << 40)).expect("made");
             }),
         ];
@@ -89,7 +90,7 @@ impl Table {
         }
     }
 
-    /// Text that is wrong for every reader of JSON.
+    /// Adds cases with text that is wrong for every reader of JSON.
     fn no_json(&mut self, reader: &'static str, name: &str, good: &str, arguments: &[&str]) {
         let cut = |share: usize| good.as_bytes()[..good.len() * share / 8].to_vec();
         for share in 0..8 {
@@ -102,16 +103,22 @@ impl Table {
             ("null", "null".to_owned()),
             ("a list", "[1, 2]".to_owned()),
             ("a word", "\"x\"".to_owned()),
-            ("a number beyond all", "1e999".to_owned()),
-            ("one line of a terminal's commands", "\u{1b}[2J\u{1b}]0;x\u{7}".to_owned()),
+            ("a number that overflows", "1e999".to_owned()),
+            ("one line of control sequences", "\u{1b}[2J\u{1b}]0;x\u{7}".to_owned()),
         ] {
             self.put(reader, what, name, text, arguments);
         }
-        self.put(reader, "no UTF-8", name, [b"{\"name\": \"", &[0xff, 0xfe, 0xc3][..], b"\"}"].concat(), arguments);
+        self.put(
+            reader,
+            "invalid UTF-8",
+            name,
+            [b"{\"name\": \"", &[0xff, 0xfe, 0xc3][..], b"\"}"].concat(),
+            arguments,
+        );
         self.put(reader, "zero bytes", name, vec![0; 4096], arguments);
     }
 
-    /// Runs everything and gives what is wrong; prints the counts.
+    /// Runs all cases, prints how many there are, and returns those that went wrong.
     fn run(self) -> Vec<String> {
         let (next, wrong) = (Mutex::new(self.cases.iter()), Mutex::new(Vec::new()));
         let times = Mutex::new(BTreeMap::<&str, (u32, Duration, &str)>::new());
@@ -145,32 +152,32 @@ fn fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().expect("mkfifo").success());
 }
 
-/// Why the program's answer is not what it should be; none: it is.
+/// Says why the program's answer is not as it should be, or returns `None` if it is.
 fn judge(case: &Case) -> Option<String> {
     let limited = format!("ulimit -v {MOST_KIB}; exec \"$0\" \"$@\"");
     let mut command = Command::new("sh");
     command.args(["-c", &limited, PROGRAM]).args(&case.arguments).current_dir(&case.folder);
     command.env("XDG_CACHE_HOME", case.folder.join("cache"));
-    let Some(done) = within(LONGEST, &mut command) else { return Some(format!("not ended after {LONGEST:?}")) };
+    let Some(done) = within(LONGEST, &mut command) else { return Some(format!("did not end in {LONGEST:?}")) };
     let (out, said) = (String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
     let reason = match done.status.code() {
         None => "it was killed",
-        Some(0) => "it was taken",
-        Some(1 | 2) if said.contains("panicked") || said.contains("allocation of") => "it broke",
-        Some(1 | 2) if said.lines().count() != 1 && !said.contains(" problems\n") => "not one sentence",
-        Some(1 | 2) if !said.starts_with("error: ") => "no error is said",
+        Some(0) => "the input was accepted",
+        Some(1 | 2) if said.contains("panicked") || said.contains("allocation of") => "it panicked or aborted",
+        Some(1 | 2) if said.lines().count() != 1 && !said.contains(" problems\n") => "the message is not one line",
+        Some(1 | 2) if !said.starts_with("error: ") => "the message does not begin with `error: `",
         Some(1 | 2) if !said.contains(&*case.file.file_name().unwrap_or_default().to_string_lossy()) => {
-            "no file is named"
+            "the message does not name the file"
         }
-        Some(1 | 2) if said.chars().chain(out.chars()).any(|c| c.is_control() && c != '\n') => "a control is printed",
-        Some(1 | 2) if said.chars().count() > 4000 => "an endless sentence",
+        Some(1 | 2) if said.chars().chain(out.chars()).any(|c| c.is_control() && c != '\n') => "a control character",
+        Some(1 | 2) if said.chars().count() > 4000 => "the message is too long",
         Some(1 | 2) => return None,
-        Some(_) => "another exit code",
+        Some(_) => "the exit status is neither 1 nor 2",
     };
     Some(format!("{reason} (code {:?}): {}", done.status.code(), said.chars().take(300).collect::<String>()))
 }
 
-/// The output of a command that ends in time.
+/// Runs a command and returns its output, or kills it and returns `None` if it does not end in time.
 fn within(longest: Duration, command: &mut Command) -> Option<Output> {
     let mut child =
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
@@ -208,7 +215,7 @@ fn triangle() -> Vec<u8> {
     bytes
 }
 
-/// A scene that loads.
+/// A valid scene with one triangle.
 fn scene() -> Value {
     json!({
         "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
@@ -226,7 +233,7 @@ fn scene() -> Value {
     })
 }
 
-/// `value` at `/a/0/b`; objects and lists on the way are made.
+/// Sets the value at a place such as `/a/0/b`. Objects and lists that are missing on the way are made.
 fn set(root: &mut Value, place: &str, value: Value) {
     let mut at = root;
     for key in place.split('/').skip(1) {
@@ -301,8 +308,8 @@ fn gltf(table: &mut Table) {
         ("minVersion 3.0", vec![("/asset/minVersion", json!("3.0"))]),
         ("minVersion 2.1", vec![("/asset/minVersion", json!("2.1"))]),
         ("minVersion two", vec![("/asset/minVersion", json!("two"))]),
-        ("minVersion of a terminal", vec![("/asset/minVersion", json!("\u{1b}[2J"))]),
-        ("an extension that is required", vec![("/extensionsRequired", json!(["EXT_nothing"]))]),
+        ("minVersion with a control sequence", vec![("/asset/minVersion", json!("\u{1b}[2J"))]),
+        ("an unknown extension that is required", vec![("/extensionsRequired", json!(["EXT_nothing"]))]),
         (
             "200,000 such extensions",
             vec![("/extensionsRequired", json!((0..200_000).map(|i| format!("X{i}")).collect::<Vec<_>>()))],
@@ -316,7 +323,7 @@ fn gltf(table: &mut Table) {
         ("two parents", vec![("/nodes", json!([{ "children": [1, 2] }, { "children": [2] }, {}]))]),
         ("a child that is not there", vec![("/nodes/0/children", json!([99]))]),
         ("200,000 nodes deep", vec![("/nodes", json!(chain))]),
-        ("a translation beyond all", vec![("/nodes/0/translation", json!([1e39, 0, 0]))]),
+        ("a translation that overflows", vec![("/nodes/0/translation", json!([1e39, 0, 0]))]),
         ("a matrix of nine numbers", vec![("/nodes/0/matrix", json!([0, 0, 0, 0, 0, 0, 0, 0, 0]))]),
         ("a name of 5,000 bytes", vec![("/nodes/0/name", json!(huge))]),
         ("a mesh that is not there", vec![("/nodes/0/mesh", json!(9))]),
@@ -364,14 +371,14 @@ fn gltf(table: &mut Table) {
         ("5,000 positions", vec![("/accessors/0/count", json!(5000))]),
         ("2⁴⁰ positions", vec![("/accessors/0/count", far.clone())]),
         (
-            "2²⁵ positions of nothing",
+            "2²⁵ positions without a buffer",
             vec![("/accessors/0", json!({ "componentType": 5126, "count": 1 << 25, "type": "VEC3" }))],
         ),
         ("−1 positions", vec![("/accessors/0/count", json!(-1))]),
-        ("a component of no type", vec![("/accessors/0/componentType", json!(1))]),
-        ("elements of no type", vec![("/accessors/0/type", json!("VEC9"))]),
-        ("an accessor far away", vec![("/accessors/0/byteOffset", far.clone())]),
-        ("an accessor at the end of numbers", vec![("/accessors/0/byteOffset", json!(u64::MAX))]),
+        ("an unknown type of component", vec![("/accessors/0/componentType", json!(1))]),
+        ("an unknown type of element", vec![("/accessors/0/type", json!("VEC9"))]),
+        ("an accessor at byte 2⁴⁰", vec![("/accessors/0/byteOffset", far.clone())]),
+        ("an accessor at byte 2⁶⁴ − 1", vec![("/accessors/0/byteOffset", json!(u64::MAX))]),
         ("indices as floats", vec![("/accessors/1/componentType", json!(5126)), ("/accessors/1/count", json!(1))]),
         ("a view that is not there", vec![("/accessors/0/bufferView", json!(9))]),
         (
@@ -390,8 +397,8 @@ fn gltf(table: &mut Table) {
         ),
         ("a buffer that is not there", vec![("/bufferViews/0/buffer", json!(9))]),
         ("a view of 2⁴⁰ bytes", vec![("/bufferViews/0/byteLength", far.clone())]),
-        ("a view far away", vec![("/bufferViews/0/byteOffset", far.clone())]),
-        ("a view past the end of numbers", vec![("/bufferViews/0/byteOffset", json!(u64::MAX))]),
+        ("a view at byte 2⁴⁰", vec![("/bufferViews/0/byteOffset", far.clone())]),
+        ("a view at byte 2⁶⁴ − 1", vec![("/bufferViews/0/byteOffset", json!(u64::MAX))]),
         ("a buffer of 2⁴⁰ bytes", vec![("/buffers/0/byteLength", far)]),
         ("a buffer without a URI", vec![("/buffers/0", json!({ "byteLength": 42 }))]),
         ("a texture that is not there", vec![("/materials/0/normalTexture/index", json!(3))]),
@@ -399,11 +406,11 @@ fn gltf(table: &mut Table) {
             "an image that is not there",
             vec![("/textures/0/source", json!(99)), ("/materials/0/normalTexture/index", json!(0))],
         ),
-        ("an image that is none", picture("data:image/png;base64,AAAA")),
+        ("an invalid image", picture("data:image/png;base64,AAAA")),
         ("an image without bytes", picture("data:image/png;base64,")),
         ("a KTX2 that ends early", picture("data:image/ktx2;base64,q0tUWCAyMLsNChoK")),
-        ("a Draco mesh that is none", vec![("/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", draco)]),
-        ("a meshopt view that is none", vec![("/bufferViews/0/extensions/EXT_meshopt_compression", meshopt)]),
+        ("an invalid Draco mesh", vec![("/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", draco)]),
+        ("an invalid meshopt view", vec![("/bufferViews/0/extensions/EXT_meshopt_compression", meshopt)]),
         (
             "instances of different counts",
             vec![(
@@ -411,7 +418,7 @@ fn gltf(table: &mut Table) {
                 json!({ "TRANSLATION": 0, "ROTATION": 1 }),
             )],
         ),
-        ("instances of nothing", vec![("/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes", json!({}))]),
+        ("instances without attributes", vec![("/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes", json!({}))]),
     ];
     for (what, changes) in cases {
         table.put("glTF", what, "x.gltf", changed(scene(), &changes).to_string(), &CHECK);
@@ -426,27 +433,27 @@ fn gltf(table: &mut Table) {
     table.put("glTF", "18 million values", "x.gltf", format!("{{\"nodes\": [{}0]}}", "0,".repeat(18_000_000)), &CHECK);
     table.put("glTF", "a byte-order mark before a scene", "x.gltf", format!("\u{feff}{}", scene()), &CHECK);
 
-    // What a URI may lead to; the sentence names the glTF.
+    // URIs that lead to something hostile. The message must name the glTF.
     for (what, uri) in [
         ("by two dots", "../outside.bin"),
         ("by encoded dots", "%2e%2e/outside.bin"),
         ("by an encoded slash", "..%2Foutside.bin"),
-        ("in and out", "a/../../outside.bin"),
+        ("into a folder and out again", "a/../../outside.bin"),
         ("through a link", "link/outside.bin"),
         ("absolute", "/etc/hostname"),
         ("absolute by a scheme", "file:///etc/hostname"),
         ("from the net", "http://localhost/x.bin"),
         ("with a zero byte", "a%00b"),
-        ("no UTF-8", "%ff%fe"),
-        ("nothing there", "none.bin"),
+        ("invalid UTF-8", "%ff%fe"),
+        ("no file", "none.bin"),
         ("a folder", "folder"),
         ("a named pipe", "pipe"),
         ("an endless device", "zero"),
-        ("a hole of 2 TiB", "hole"),
-        ("a terminal's command", "\u{1b}[2J"),
+        ("a sparse file of 2 TiB", "hole"),
+        ("a control sequence", "\u{1b}[2J"),
         ("data without a comma", "data:x"),
         ("data that is no base64", "data:;base64,!!"),
-        ("no end of data", "data:;base64,AAAA"),
+        ("data that are too short", "data:;base64,AAAA"),
     ] {
         for (kind, changes) in [("buffer", vec![("/buffers/0/uri", json!(uri))]), ("image", picture(uri))] {
             let file = table.new_file("x.gltf");
@@ -485,11 +492,11 @@ fn glbs(table: &mut Table) {
         ("a JSON chunk beyond the file", patched(12, u32::MAX)),
         ("an empty JSON chunk", patched(12, 0)),
         ("a JSON chunk cut short", patched(12, 12)),
-        ("no JSON chunk first", patched(16, 0x004E_4942)),
+        ("a first chunk that is not JSON", patched(16, 0x004E_4942)),
         ("a binary chunk beyond the file", patched(20 + json_length, u32::MAX)),
         ("a binary chunk cut short", patched(20 + json_length, 8)),
         ("no binary chunk", patched(24 + json_length, 0)),
-        ("no JSON", glb(b"not JSON at all ", &triangle())),
+        ("invalid JSON", glb(b"not JSON at all ", &triangle())),
     ] {
         table.put("GLB", what, "x.glb", bytes, &CHECK);
     }
@@ -497,7 +504,7 @@ fn glbs(table: &mut Table) {
 }
 
 fn manifests(table: &mut Table) {
-    // Of its own environment: the default one takes its time.
+    // The manifest has its own environment, because prefiltering the default one takes long.
     std::fs::write(table.folder.join("good.gltf"), scene().to_string()).expect("written");
     let good = json!({
         "name": "m", "geometry": { "file": "../good.gltf" }, "environment": { "constant": [1, 1, 1] },
@@ -592,7 +599,7 @@ fn manifests(table: &mut Table) {
                 .expect("written");
             std::fs::write(at("short.exr"), b"\x76\x2f\x31\x01\x02\0\0\0channels\0chlist\0").expect("written");
         }
-        // A file that the manifest names is named itself.
+        // If a file that the manifest names cannot be read, the message must name that file.
         let named = match what {
             "an environment that is not there" => at("none.hdr"),
             "an environment from a pipe" | "a geometry from a pipe" => at("pipe.hdr"),
@@ -619,8 +626,8 @@ fn studies(table: &mut Table) {
         ("format 2", vec![("/format", json!(2))]),
         ("format as text", vec![("/format", json!("1"))]),
         ("an id of dots", vec![("/id", json!("../../x"))]),
-        ("an id of a terminal", vec![("/id", json!("\u{1b}[2J"))]),
-        ("an unknown key of a terminal", vec![("/\u{1b}[2J\n", json!(1))]),
+        ("an id with a control sequence", vec![("/id", json!("\u{1b}[2J"))]),
+        ("an unknown key with a control sequence", vec![("/\u{1b}[2J\n", json!(1))]),
         ("no participants", vec![("/participants", json!(0))]),
         ("4·10⁹ participants", vec![("/participants", json!(4_000_000_000u32))]),
         (
@@ -636,15 +643,15 @@ fn studies(table: &mut Table) {
             vec![("/conditions/cross/scene", names(5000)), ("/conditions/cross/method", names(5000))],
         ),
         ("no conditions", vec![("/conditions", json!({}))]),
-        ("an unknown scene of a terminal", vec![("/conditions/cross/scene", json!(["\u{9b}2J"]))]),
+        ("an unknown scene with a control sequence", vec![("/conditions/cross/scene", json!(["\u{9b}2J"]))]),
         ("an unknown method", vec![("/conditions/cross/method", json!(["magic"]))]),
         ("an unknown task", vec![("/task", json!("guess"))]),
         ("100,000 labels", vec![("/labels", names(100_000))]),
         ("a scale that falls", vec![("/scale", json!([5, 4, 3, 2, 1]))]),
         ("a scale as text", vec![("/scale", json!("1 to 5"))]),
         ("no protocol", vec![("/protocol", json!([]))]),
-        ("a moment without end", vec![("/protocol/0/seconds", json!(1e300))]),
-        ("a moment of −1 s", vec![("/protocol/0/seconds", json!(-1))]),
+        ("a segment of 10³⁰⁰ s", vec![("/protocol/0/seconds", json!(1e300))]),
+        ("a segment of −1 s", vec![("/protocol/0/seconds", json!(-1))]),
         ("pictures without pixels", vec![("/stimuli/width_px", json!(0))]),
         ("pictures of 10⁹ pixels", vec![("/stimuli/width_px", json!(1_000_000_000))]),
         ("a practice as a number", vec![("/practice", json!(3))]),
@@ -660,7 +667,7 @@ fn studies(table: &mut Table) {
     table.put("study", "17 MiB of spaces", "x.json", vec![b' '; 17 << 20], &check);
 }
 
-/// CRC-32 of zip, for lines that are whole and wrong.
+/// The CRC-32 of zip, for lines whose check sum is right and whose record is wrong.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0u32, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
@@ -676,34 +683,35 @@ fn journals(table: &mut Table) {
     let (replay, recover) = (["study", "replay", "{}"], ["study", "recover", "{}"]);
     table.no_files("journal", "x.jsonl", &replay);
     for (what, bytes) in [
-        ("no bytes", Vec::new()),
+        ("an empty file", Vec::new()),
         ("a byte-order mark", "\u{feff}\n".into()),
         ("text", "hello\n".into()),
         ("no line feed", "{\"seq\":0".into()),
         ("a line feed alone", "\n".into()),
         ("a record without a check sum", "{\"seq\":0,\"record\":{}}\n".into()),
         ("a wrong check sum", line("{}").replace("\"t_ns\":0", "\"t_ns\":1").into()),
-        ("a record that is none", line("{\"rm\":{}}").into()),
+        ("an unknown record", line("{\"rm\":{}}").into()),
         ("a record 100,000 deep", line(&"[".repeat(100_000)).into()),
-        ("a record of a terminal", line("{\"\\u001b[2J\":1}").into()),
+        ("an unknown record with a control sequence", line("{\"\\u001b[2J\":1}").into()),
         ("a pause first", line("{\"pause\":{\"reason\":\"operator\"}}").into()),
-        ("no UTF-8", vec![0xff; 100]),
-        ("65 MiB in a line", vec![b'x'; 65 << 20]),
+        ("invalid UTF-8", vec![0xff; 100]),
+        ("a line of 65 MiB", vec![b'x'; 65 << 20]),
     ] {
         table.put("journal", what, "x.jsonl", bytes, &replay);
     }
-    for (what, target) in [("an endless one to mend", "/dev/zero"), ("a folder to mend", ".")] {
+    for (what, target) in [("an endless file to recover", "/dev/zero"), ("a folder to recover", ".")] {
         let file = table.new_file("x.jsonl");
         symlink(target, &file).expect("linked");
         table.at("journal", what, &file, &recover);
     }
     let file = table.new_file("x.jsonl");
     fifo(&file);
-    table.at("journal", "a pipe to mend", &file, &recover);
-    table.put("journal", "text to mend", "x.jsonl", "hello\nthere\n", &recover);
+    table.at("journal", "a pipe to recover", &file, &recover);
+    table.put("journal", "text to recover", "x.jsonl", "hello\nthere\n", &recover);
 }
 
-/// A study whose stimuli are prepared; `harm` gets its folder and gives the file that is named.
+/// Adds cases in which a study with prepared stimuli is damaged. Each `harm` gets the study's folder and returns the
+/// file that the message must name.
 fn sessions(table: &mut Table, labs: &mut Vec<Lab>) {
     type Harm = fn(&Path) -> PathBuf;
     fn find(folder: &Path, name: &str) -> PathBuf {
@@ -729,13 +737,13 @@ fn sessions(table: &mut Table, labs: &mut Vec<Lab>) {
         let path = folder.join("sessions/rate").join(name);
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
         make(&path);
-        // The sentence names the folder of sessions.
+        // For these two files the message names the folder of sessions.
         if name == ".lock" || name == "rows.json" { folder.join("sessions/rate") } else { path }
     }
     let cases: Vec<(&'static str, &str, Harm)> = vec![
         ("stimulus", "a picture from a pipe", |f| instead(f, "sbs.png", fifo)),
         ("stimulus", "a picture without end", |f| instead(f, "sbs.png", |p| symlink("/dev/zero", p).expect("linked"))),
-        ("stimulus", "a picture of nothing", |f| instead(f, "sbs.png", |p| std::fs::write(p, "").expect("written"))),
+        ("stimulus", "an empty picture", |f| instead(f, "sbs.png", |p| std::fs::write(p, "").expect("written"))),
         ("stimulus", "a picture that is gone", |f| instead(f, "sbs.png", |_| {})),
         ("stimulus", "an EXR from a pipe", |f| instead(f, "stereo.exr", fifo)),
         ("stimulus", "an EXR in a folder's place", |f| {
@@ -745,13 +753,13 @@ fn sessions(table: &mut Table, labs: &mut Vec<Lab>) {
         ("stimulus", "a side-car without end", |f| {
             instead(f, "stimulus.json", |p| symlink("/dev/zero", p).expect("linked"))
         }),
-        ("stimulus", "a side-car of a terminal", |f| {
+        ("stimulus", "a side-car with a control sequence", |f| {
             instead(f, "stimulus.json", |p| std::fs::write(p, "{\"\u{1b}[2J\": 1}").expect("written"))
         }),
         ("stimulus", "a side-car that is gone", |f| instead(f, "stimulus.json", |_| {})),
         ("rows", "from a pipe", |f| beside(f, "rows.json", fifo)),
         ("rows", "without end", |f| beside(f, "rows.json", |p| symlink("/dev/zero", p).expect("linked"))),
-        ("rows", "that are none", |f| beside(f, "rows.json", |p| std::fs::write(p, "[]").expect("written"))),
+        ("rows", "that are invalid", |f| beside(f, "rows.json", |p| std::fs::write(p, "[]").expect("written"))),
         ("rows", "a lock from a pipe", |f| beside(f, ".lock", fifo)),
     ];
     for (reader, what, harm) in cases {
@@ -790,8 +798,8 @@ fn pictures(table: &mut Table) {
         ("2³¹ columns", patched(window + 8, i32::MAX - 1)),
         ("30,000 columns, more than there are", patched(window + 8, 30_000)),
         ("a million rows, more than there are", patched(window + 12, 1_000_000)),
-        ("columns below none", patched(window + 8, -5)),
-        ("a compression of no kind", {
+        ("a negative number of columns", patched(window + 8, -5)),
+        ("an unknown compression", {
             let mut bytes = bytes.clone();
             bytes[find(b"compression\0compression\0") + 4] = 99;
             bytes
@@ -823,17 +831,17 @@ fn poses(table: &mut Table) {
     };
     let upright = "[0,0,0,1]";
     for (what, text) in [
-        ("no bytes", String::new()),
+        ("an empty file", String::new()),
         ("text", "hello\n".to_owned()),
         ("one pose", pose(0, "[0,0,0]", upright)),
-        ("numbers beyond all", pose(0, "[1e999,0,0]", upright) + &pose(1, "[0,0,0]", upright)),
+        ("numbers that overflow", pose(0, "[1e999,0,0]", upright) + &pose(1, "[0,0,0]", upright)),
         ("numbers beyond f32", pose(0, "[1e39,0,0]", upright) + &pose(1, "[0,0,0]", upright)),
-        ("words for numbers", pose(0, "[\"a\",0,0]", upright)),
+        ("words instead of numbers", pose(0, "[\"a\",0,0]", upright)),
         ("no direction", pose(0, "[0,0,0]", "[0,0,0,0]") + &pose(9, "[0,0,0]", "[0,0,0,0]")),
         ("a line of 5,000 bytes", " ".repeat(5000) + &pose(0, "[0,0,0]", upright)),
-        ("64 MiB in a line", " ".repeat(64 << 20)),
-        ("100,000 deep", "[".repeat(4000)),
-        ("a terminal's command", "{\"\u{1b}[2J\": 1}\n".to_owned()),
+        ("a line of 64 MiB", " ".repeat(64 << 20)),
+        ("4,000 open brackets", "[".repeat(4000)),
+        ("a control sequence", "{\"\u{1b}[2J\": 1}\n".to_owned()),
         ("a byte-order mark", format!("\u{feff}{}", pose(0, "[0,0,0]", upright))),
     ] {
         table.put("poses", what, "x.poses.jsonl", text, &render);
@@ -862,7 +870,7 @@ fn hostile_files_are_refused_by_one_sentence_at_once() {
     assert!(wrong.is_empty(), "{} of {count}:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// Languages are read for displays that show words, so not through the program here.
+/// Language files are read only for displays that show text, so this test calls the library instead of the program.
 #[test]
 fn hostile_languages_are_refused_by_one_sentence_at_once() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -878,7 +886,7 @@ fn hostile_languages_are_refused_by_one_sentence_at_once() {
         std::thread::spawn(move || {
             let _ = send.send(Language::of(&study).map(|l| l.name).map_err(|e| e.to_string()));
         });
-        let read = receive.recv_timeout(LONGEST).unwrap_or_else(|_| panic!("{}: not ended", case.what));
+        let read = receive.recv_timeout(LONGEST).unwrap_or_else(|_| panic!("{}: did not end in time", case.what));
         let error = read.expect_err(&case.what);
         assert!(error.contains("words.json") && error.lines().count() == 1, "{}: {error}", case.what);
     }
@@ -925,10 +933,11 @@ fn a_scene_reads_nothing_outside_its_folder_unless_asked() {
         let taken = check(uri, &[]);
         assert!(taken.status.success(), "{uri}: {}", said(&taken));
     }
-    // From within the folder, where the scene has no folder in its name.
+    // The scene is also checked from within its folder, where its path has no folder.
     assert!(cyclopean(&at("scene"), &["scene", "check", "x.gltf"]).status.success());
 
-    // A side-car comes with its glTF; a manifest that is named may name what it wants.
+    // A side-car is found with its glTF, so that it may not name files outside the folder. A manifest that the command
+    // line names may name any file.
     std::fs::write(at("light.hdr"), b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80")
         .expect("written");
     let manifest = json!({ "name": "m", "environment": { "map": { "file": "../light.hdr" } } });
@@ -994,7 +1003,10 @@ fn what_files_call_things_reaches_no_terminal_as_it_stands() {
         }
         if arguments.contains(&"--json") {
             let found: Value = serde_json::from_slice(&done.stdout).expect("JSON");
-            assert!(found["repairs"].to_string().contains("\\u001b[2J"), "the value is the name itself: {found}");
+            assert!(
+                found["repairs"].to_string().contains("\\u001b[2J"),
+                "the JSON does not have the name itself: {found}"
+            );
         }
     }
 }
@@ -1027,7 +1039,7 @@ fn a_reader_that_goes_ends_the_program_quietly() {
         let code = child.wait().expect("ended").code();
         assert!(matches!(code, Some(1 | 2)), "{arguments:?}: {code:?}");
     }
-    // A full disk is a failure.
+    // Output to a full disk must be reported as a failure.
     if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
         let mut command = Command::new(PROGRAM);
         command.args(["scene", "list"]).stdout(full).stderr(Stdio::piped());

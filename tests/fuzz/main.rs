@@ -1,5 +1,6 @@
-//! What `fuzz/` looks for at length, for a moment: every seed and everything that was ever found goes through its target, then
-//! mutants of both, by a mutator of our own that is not guided by coverage. Needs no GPU.
+//! A short version of the fuzzing in `fuzz/`. Every target runs on its seeds, on the inputs that failed once, and on
+//! mutants of both. The mutator is our own and is not guided by coverage. The targets themselves say which promises
+//! they check. Needs no GPU.
 
 mod mutate;
 mod seeds;
@@ -14,21 +15,22 @@ use std::time::{Duration, Instant};
 use mutate::Mutator;
 use targets::Target;
 
-/// Mutants of each target.
+/// The most mutants that are tried with each target.
 const MUTANTS: usize = 2000;
 
-/// Of one target's mutants: a busy machine runs fewer, and at least so many.
+/// No further mutants of a target are tried after this time, so that a busy machine tries fewer.
 const LONGEST: Duration = Duration::from_secs(4);
+/// This many mutants are tried however long they take.
 const FEWEST: usize = 50;
 
-/// Well above what any input takes, for a busy machine and a build without optimisation.
+/// The time limit of one input. It is well above what any input takes, even on a busy machine without optimisation.
 const LONGEST_RUN: Duration = Duration::from_secs(20);
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every file of a folder, with its path; none where there is no folder.
+/// Every file of a folder with its path, or none if there is no folder.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
@@ -36,7 +38,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     paths.into_iter().map(|path| (path.clone(), std::fs::read(&path).expect("a seed"))).collect()
 }
 
-/// Where a target begins: its own seeds, and files of this repository that are of its kind.
+/// The inputs that a target begins with: its own seeds, and the repository's own files of the same kind.
 fn seeds_of(target: &Target) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = files(&root().join("fuzz/seeds").join(target.name));
     let (folder, extension) = match target.name {
@@ -50,7 +52,7 @@ fn seeds_of(target: &Target) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
-/// A thread that runs a target, so that an input which never ends is named too.
+/// Runs a target in a thread of its own, so that the test can also name an input on which the target never ends.
 struct Runner<'a> {
     target: &'a Target,
     inputs: Sender<Vec<u8>>,
@@ -74,7 +76,7 @@ impl Runner<'_> {
         Runner { target, inputs, passed, thread }
     }
 
-    /// Waits for the thread, which then removes its files.
+    /// Waits for the thread to end. It removes its temporary files when it ends.
     fn finish(self) {
         drop(self.inputs);
         self.thread.join().expect("a thread that has passed everything");
@@ -84,7 +86,7 @@ impl Runner<'_> {
         let name = self.target.name;
         self.inputs.send(bytes.to_vec()).expect("a thread that runs");
         match self.passed.recv_timeout(LONGEST_RUN) {
-            Ok(passes) => assert!(passes, "target {name} breaks at {}", what()),
+            Ok(passes) => assert!(passes, "target {name} fails for {}", what()),
             Err(_) => panic!("target {name} takes more than {LONGEST_RUN:?} for {}", what()),
         }
     }
@@ -100,21 +102,21 @@ fn seeds_and_what_was_found_pass() {
         found += regressions.len();
         let runner = Runner::new(target);
         for (path, bytes) in seeds.iter().chain(&regressions) {
-            assert!(bytes.len() < 20_000, "{} is not small", path.display());
+            assert!(bytes.len() < 20_000, "{} has 20 kB or more", path.display());
             runner.run(bytes, &|| path.display().to_string());
         }
         runner.finish();
     }
-    println!("{found} inputs that were found pass");
+    println!("{found} inputs that failed once pass");
 }
 
-/// A name in one of the folders that is no target's is a file that nothing runs.
+/// A folder without a target has inputs that nothing runs.
 #[test]
 fn every_folder_belongs_to_a_target() {
     for kind in ["seeds", "regressions"] {
         for entry in std::fs::read_dir(root().join("fuzz").join(kind)).expect("a folder") {
             let name = entry.expect("an entry").file_name();
-            assert!(targets::ALL.iter().any(|t| name == t.name), "fuzz/{kind}/{} is no target's", name.display());
+            assert!(targets::ALL.iter().any(|t| name == t.name), "fuzz/{kind}/{} belongs to no target", name.display());
         }
     }
 }
@@ -143,7 +145,7 @@ fn mutants_of(target: &Target, seed: u64) {
     println!("{:8} {done} mutants of {} inputs in {:.1} s", target.name, from.len(), started.elapsed().as_secs_f64());
 }
 
-/// Writes an input that breaks a target where it can be looked at, and gives its path.
+/// Writes an input on which a target fails to a file, and returns where it is.
 fn kept(target: &Target, bytes: &[u8]) -> String {
     let path = std::env::temp_dir().join(format!("cyclopean-fuzz-{}.broken", target.name));
     match std::fs::write(&path, bytes) {

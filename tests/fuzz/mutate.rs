@@ -1,9 +1,10 @@
-//! Mutants without coverage guidance: a seed, changed at a few places. Guidance is libFuzzer's; see `fuzz/`.
+//! Makes mutants by changing an input in a few places. This mutator is not guided by coverage; libFuzzer is (see
+//! `fuzz/`).
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha20Rng;
 
-/// Words and numbers that readers stumble over.
+/// Words and numbers on which readers often fail.
 const WORDS: &[&[u8]] = &[
     b"null",
     b"-1",
@@ -34,12 +35,12 @@ impl Mutator {
         Mutator(ChaCha20Rng::seed_from_u64(seed))
     }
 
-    /// Below `n`, or 0 where there is nothing to choose from.
+    /// A random number below `n`, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         if n == 0 { 0 } else { (self.0.next_u64() % n as u64) as usize }
     }
 
-    /// One of `from`, changed at one to eight places; parts may come from another of them.
+    /// One of the inputs `from`, changed one to eight times. Parts may be copied from another of them.
     pub fn mutant(&mut self, from: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = from[self.below(from.len())].clone();
         for _ in 0..=self.below(8) {
@@ -64,7 +65,7 @@ impl Mutator {
                 let word = WORDS[self.below(WORDS.len())];
                 bytes.splice(at..at + length.min(word.len()), word.iter().copied());
             }
-            // A number in a text becomes another one.
+            // Replaces a decimal number by another one.
             5 => {
                 let digits = bytes[at..].iter().position(u8::is_ascii_digit).map(|d| at + d);
                 if let Some(from) = digits {

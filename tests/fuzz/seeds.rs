@@ -1,4 +1,4 @@
-//! Makes the seeds that no editor makes: `cargo test --test fuzz -- --ignored make_seeds`. All of them are ours.
+//! Makes the seeds that cannot be written by hand: `cargo test --test fuzz -- --ignored make_seeds`.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -22,12 +22,12 @@ fn make_seeds() {
     journals();
 }
 
-/// Eight by four pixels that compress a little.
+/// The value of a channel at a pixel of the pictures of 8 × 4 pixels, which can be compressed a little.
 fn value(x: usize, y: usize, channel: usize) -> f32 {
     (x / 2 + y * channel) as f32 * 0.25
 }
 
-/// OpenEXR in its compressions, types and layouts, Radiance HDR, PNG.
+/// Makes OpenEXR files with different compressions, types and layouts, a Radiance HDR file and a PNG.
 fn pictures() {
     let size = Vec2(8, 4);
     let samples = |channel: usize| (0..32).map(move |i| value(i % 8, i / 8, channel));
@@ -77,7 +77,7 @@ fn pictures() {
     put("exr", "sbs.png", bytes.get_ref());
 }
 
-/// A square that shows a picture, as a GLB; the picture in each of the formats that are read.
+/// Makes GLB files of a textured square, with the texture in each format that can be read.
 fn packed_pictures() {
     let checks = image::RgbaImage::from_fn(8, 8, |x, y| image::Rgba([if (x ^ y) & 2 == 0 { 250 } else { 20 }; 4]));
     let encoded = |format| {
@@ -139,7 +139,7 @@ fn square(picture: &[u8], extension: Option<&str>) -> Vec<u8> {
     [b"glTF", &word(2)[..], &word(length), &json_chunk, b"JSON", &text, &blob_chunk, b"BIN\0", &blob].concat()
 }
 
-/// The journals of the sessions that the replay target's seeds tell of.
+/// Makes journals of the sessions that the seeds of the target `replay` describe.
 fn journals() {
     for (path, bytes) in files(&root().join("fuzz/seeds/replay")) {
         let journal = targets::journal_of(&bytes).expect("a session");

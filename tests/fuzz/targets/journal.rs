@@ -1,4 +1,6 @@
-//! Journals: what is read is written again and reads the same, and what votes it holds survive an export.
+//! The target for journals. A journal that can be read must be the same after it is written and read again, and its
+//! votes must be the same in an export. Recovery must lose no byte, and a session must be able to resume or say why
+//! not.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +18,7 @@ use cyclopean_analysis::journal::{self, Entry, Kind, SessionVotes, collect};
 use cyclopean_analysis::report::session::{Told, session_page};
 use serde_json::Value;
 
-/// The bytes as they are, and then as somebody would have them who knows how to make a check sum.
+/// Tries the bytes as they are, and then with corrected check sums, so that mutants get past the check sums.
 pub fn run(bytes: &[u8]) {
     as_it_is(bytes);
     let mended = mend(bytes);
@@ -31,15 +33,15 @@ fn as_it_is(bytes: &[u8]) {
         Ok(entries) => entries,
         Err(error) => {
             super::said(&error);
-            assert!(inspect(&path).error.is_some(), "an inspection says what reading says");
+            assert!(inspect(&path).error.is_some(), "inspecting found no error, but reading did");
             cut(&path, bytes);
             return;
         }
     };
     let written = write(&entries);
     let again: Vec<Entry> =
-        journal::read_from(&path, written.as_slice()).collect::<Result<_, _>>().expect("what was written is read");
-    assert_eq!(again, entries, "written and read again");
+        journal::read_from(&path, written.as_slice()).collect::<Result<_, _>>().expect("a written journal can be read");
+    assert_eq!(again, entries, "the journal changed when it was written and read again");
     let inspection = inspect(&path);
     match collect(&path) {
         Ok(votes) => {
@@ -48,16 +50,19 @@ fn as_it_is(bytes: &[u8]) {
         }
         Err(error) => {
             super::said(&error);
-            assert!(inspection.error.is_some(), "an inspection says what collecting says");
+            assert!(inspection.error.is_some(), "inspecting found no error, but collecting did");
         }
     }
     let proven = prove_order(&path);
     match Seen::read(&path) {
         Ok(seen) => {
-            assert!(proven.is_ok(), "what is shown has a proven order");
+            assert!(proven.is_ok(), "a session is shown whose order cannot be proven");
             for planned in &seen.planned {
                 let shown = seen.of(&path, planned.presentation).expect("a presentation that is planned");
-                assert!(shown.iter().all(|(_, at)| (*at as usize) < seen.stimuli.len()), "stimuli that are there");
+                assert!(
+                    shown.iter().all(|(_, at)| (*at as usize) < seen.stimuli.len()),
+                    "a stimulus that is shown does not exist"
+                );
             }
         }
         Err(error) => super::said(&error),
@@ -71,12 +76,12 @@ fn as_it_is(bytes: &[u8]) {
 fn write(entries: &[Entry]) -> Vec<u8> {
     let mut out = Vec::new();
     for entry in entries {
-        journal::encode(entry, &mut out).expect("what JSON gave JSON takes");
+        journal::encode(entry, &mut out).expect("an entry that was read can be written");
     }
     out
 }
 
-/// What is damaged is cut off, nothing is lost, and what is left is whole.
+/// Checks that recovery cuts the damaged part off, loses no byte, and leaves a journal that can be read.
 fn cut(path: &Path, bytes: &[u8]) {
     let aside = path.with_file_name("j.jsonl.aside-1");
     let _ = std::fs::remove_file(&aside);
@@ -84,23 +89,24 @@ fn cut(path: &Path, bytes: &[u8]) {
         Ok(recovered) => {
             let kept = std::fs::read(path).expect("the journal");
             let cut = std::fs::read(&aside).unwrap_or_default();
-            assert!([kept.as_slice(), &cut].concat() == bytes, "every byte is here or there");
+            assert!([kept.as_slice(), &cut].concat() == bytes, "recovery lost bytes");
             assert_eq!(recovered.cut_bytes, cut.len() as u64);
             if !kept.is_empty() {
                 let entries: Result<Vec<Entry>, _> = journal::read(path).expect("a file").collect();
-                assert_eq!(entries.expect("what is kept is whole").len() as u64, recovered.whole_lines);
+                assert_eq!(entries.expect("the recovered journal can be read").len() as u64, recovered.whole_lines);
             }
         }
         Err(error) => super::said(&error),
     }
 }
 
-/// The table that is made of a journal says what the journal says, where the names are such as the program writes.
+/// Checks that the exported table has the same answers as the journal. Answers are compared only if all names are like
+/// those that the program writes.
 fn exported(path: &Path, votes: &SessionVotes) {
     let folder = super::path("exported");
     match export(&[path.to_owned()], &Selection::default(), &folder) {
         Ok(written) => {
-            assert_eq!(written.rows as usize, votes.votes.len(), "a row an answer");
+            assert_eq!(written.rows as usize, votes.votes.len(), "the table does not have one row for each answer");
             let selection = Selection {
                 columns: Columns { by_repetition: true, ..Columns::default() },
                 allow_kinds: [Kind::Real, Kind::Pilot, Kind::Simulated].into(),
@@ -116,17 +122,17 @@ fn exported(path: &Path, votes: &SessionVotes) {
                 return;
             }
             match (load(path.to_owned()), load(folder.join("responses.csv"))) {
-                (Ok(of_journal), Ok(of_table)) => assert_eq!(of_journal, of_table, "every answer is read"),
-                // Such as a showing that was answered twice.
+                (Ok(of_journal), Ok(of_table)) => assert_eq!(of_journal, of_table, "the answers differ"),
+                // Both may refuse the answers, for example because a presentation was answered twice.
                 (Err(_), Err(_)) => {}
-                (of_journal, of_table) => panic!("one is read, the other not: {of_journal:?}, {of_table:?}"),
+                (of_journal, of_table) => panic!("only one can be read: {of_journal:?}, {of_table:?}"),
             }
         }
         Err(error) => super::said(&error),
     }
 }
 
-/// The session goes on from there, as far as it belongs to its study.
+/// Replays the journal in the state machine and resumes the session, unless the journal does not fit its study.
 fn resume(entries: &[Entry]) {
     let Some(Record::Header(header)) = entries.first().map(|e| &e.record) else { return };
     let Ok(study) = validate::parse("study.json".as_ref(), header.study.text.clone()) else { return };
@@ -146,7 +152,7 @@ fn resume(entries: &[Entry]) {
     machine.resume(entries.last().map_or(0, |e| e.t_ns));
 }
 
-/// Numbers the lines, and gives each its check sum; a study's text gets its own.
+/// Renumbers the lines and corrects their check sums and the SHA-256 of the study's text.
 fn mend(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     for (seq, line) in (0u64..).zip(bytes.split(|b| *b == b'\n').filter(|line| !line.is_empty())) {

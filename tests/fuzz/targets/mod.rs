@@ -1,7 +1,7 @@
-//! What is fuzzed: each target takes any bytes as one kind of input, gives them to the program's own entry points, and
-//! panics where these panic or break a promise. A refusal is no failure.
+//! The targets of fuzzing. Each takes any bytes as one kind of input and gives them to the program's own entry points.
+//! It panics if they panic or break a promise. It is no failure when the program refuses an input.
 //!
-//! `tests/fuzz/main.rs` runs them over the seeds in `./x test`; the crate in `fuzz/` runs them under libFuzzer.
+//! `tests/fuzz/main.rs` runs the targets in `./x test`. The crate in `fuzz/` runs them under libFuzzer.
 
 mod journal;
 mod order;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// A kind of input.
 #[derive(Clone, Copy)]
 pub struct Target {
-    /// Of its folders below `fuzz/seeds` and `fuzz/regressions`, and of its program.
+    /// The name of the target's program, and of its folders below `fuzz/seeds` and `fuzz/regressions`.
     pub name: &'static str,
     pub run: fn(&[u8]),
 }
@@ -37,36 +37,37 @@ pub const ALL: [Target; 10] = [
     Target { name: "stimulus", run: stimulus::run },
 ];
 
-/// A folder of this thread, on a file system in memory where there is one.
+/// A temporary folder for each thread, on a file system in memory where there is one.
 struct Scratch(tempfile::TempDir);
 
 thread_local! {
     static SCRATCH: Scratch = {
         let (memory, temporary) = (Path::new("/dev/shm"), std::env::temp_dir());
-        // `fuzz/run` names a folder that it removes: a fuzzer ends without destructors.
+        // `fuzz/run` sets TMPDIR to a folder that it removes itself, because a fuzzer exits without running
+        // destructors.
         let chosen = if memory.is_dir() && std::env::var_os("TMPDIR").is_none() { memory } else { &temporary };
         Scratch(tempfile::Builder::new().prefix("cyclopean-fuzz-").tempdir_in(chosen).expect("a temporary folder"))
     };
 }
 
-/// A path in the folder of this thread.
+/// A path in this thread's folder.
 fn path(name: &str) -> PathBuf {
     SCRATCH.with(|scratch| scratch.0.path().join(name))
 }
 
-/// A file in the folder of this thread, overwritten with these bytes.
+/// Writes these bytes to a file in this thread's folder, and returns its path.
 fn file(name: &str, bytes: &[u8]) -> PathBuf {
     let path = path(name);
     std::fs::write(&path, bytes).expect("a temporary file");
     path
 }
 
-/// Whether these bytes are one of about `n` inputs, always the same ones: for what takes too long to be done with each.
+/// Selects about one of `n` inputs, and always the same ones, for steps that are too slow to be done with every input.
 fn one_of(n: u64, bytes: &[u8]) -> bool {
     u64::from(crc32fast::hash(bytes)).is_multiple_of(n)
 }
 
-/// What the program would print of an error: making the sentence must not fail either.
+/// Formats an error as the program would print it. This must not panic either.
 fn said(error: &dyn std::fmt::Display) {
-    assert!(!error.to_string().is_empty(), "an error without words");
+    assert!(!error.to_string().is_empty(), "an error has no message");
 }

@@ -1,6 +1,7 @@
-//! Orders: whatever a study asks for, each participant sees what was planned, as often as planned.
+//! The target for orders. Whatever a study asks for, each participant must be shown the planned conditions as often as
+//! planned.
 //!
-//! The bytes are numbers that choose a study, so that every run gets as far as its order.
+//! The bytes are numbers that choose a study, so that most inputs give a valid study with an order.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,55 +67,61 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// Larger sessions are drawn, and checked for what is cheap to check.
+/// Sessions with more presentations are also drawn, but only the fast checks are done.
 const MOST_CHECKED: usize = 20_000;
 
-/// What a plan promises; `definition` was accepted.
+/// Checks the promises of a plan, for a definition that was accepted.
 pub fn check(definition: &Definition, row: u64) {
     let plan = Plan::draw(definition, row);
     let (specs, repetitions) = (definition.conditions(), definition.repetitions as usize);
     let (practice, catches) = (definition.practice.len(), definition.catch_trials.len());
     let trials = specs.len() * repetitions;
-    assert_eq!(plan.presentations.len(), practice + trials + catches, "presentations");
+    assert_eq!(plan.presentations.len(), practice + trials + catches, "the plan has another number of presentations");
     assert_eq!(plan.order.presentations as usize, plan.presentations.len());
     for (at, planned) in plan.presentations.iter().enumerate() {
-        assert_eq!(planned.presentation as usize, at, "presentations are numbered in their order");
-        assert!((planned.condition as usize) < plan.conditions.len(), "a condition that is there");
-        assert!(!planned.stimuli.is_empty(), "something is shown");
-        assert!(planned.stimuli.iter().all(|s| (*s as usize) < plan.stimuli.len()), "stimuli that are there");
+        assert_eq!(planned.presentation as usize, at, "presentations are not numbered in their order");
+        assert!((planned.condition as usize) < plan.conditions.len(), "a condition does not exist");
+        assert!(!planned.stimuli.is_empty(), "a presentation shows nothing");
+        assert!(planned.stimuli.iter().all(|s| (*s as usize) < plan.stimuli.len()), "a stimulus does not exist");
     }
     if plan.presentations.len() > MOST_CHECKED {
         return;
     }
-    assert_eq!(Plan::draw(definition, row), plan, "the same study and row give the same order");
+    assert_eq!(Plan::draw(definition, row), plan, "the same study and row gave another order");
     let of = |purpose: Purpose| plan.presentations.iter().filter(move |p| p.purpose == purpose);
-    assert!(plan.presentations[..practice].iter().all(|p| p.purpose == Purpose::Practice), "practice comes first");
+    assert!(
+        plan.presentations[..practice].iter().all(|p| p.purpose == Purpose::Practice),
+        "practice does not come first"
+    );
     let caught: BTreeSet<u32> = of(Purpose::Catch).map(|p| p.repetition).collect();
-    assert!(of(Purpose::Catch).count() == catches && caught.len() == catches, "each catch trial once");
-    assert!(plan.presentations.get(practice).is_none_or(|p| p.purpose == Purpose::Trial), "no catch trial first");
+    assert!(of(Purpose::Catch).count() == catches && caught.len() == catches, "a catch trial is missing or repeated");
+    assert!(plan.presentations.get(practice).is_none_or(|p| p.purpose == Purpose::Trial), "a catch trial comes first");
     let shown: Vec<&Planned> = of(Purpose::Trial).collect();
     let all: BTreeSet<u32> = shown.iter().map(|p| p.condition).collect();
-    assert_eq!(all.len(), specs.len(), "every condition is there");
+    assert_eq!(all.len(), specs.len(), "a condition is missing");
     let mut seen: BTreeMap<u32, u32> = BTreeMap::new();
     for planned in &shown {
         let showing = seen.entry(planned.condition).or_default();
-        assert_eq!(planned.repetition, *showing, "showings are counted");
+        assert_eq!(planned.repetition, *showing, "the repetitions of a condition are not counted in order");
         *showing += 1;
     }
-    assert!(seen.values().all(|n| *n as usize == repetitions), "every condition as often as planned");
+    assert!(seen.values().all(|n| *n as usize == repetitions), "a condition is not shown as often as planned");
     if definition.order.kind != OrderKind::Blocked {
         for (number, pass) in shown.chunks(specs.len()).enumerate() {
             let each: BTreeSet<u32> = pass.iter().map(|p| p.condition).collect();
-            assert_eq!(each.len(), specs.len(), "pass {number} is a permutation of the conditions");
-            assert!(pass.iter().all(|p| p.block as usize == number + 1), "a pass is a block");
+            assert_eq!(each.len(), specs.len(), "pass {number} is not a permutation of the conditions");
+            assert!(
+                pass.iter().all(|p| p.block as usize == number + 1),
+                "a pass does not have the block of its number"
+            );
         }
         let again = shown.windows(2).any(|pair| pair[0].condition == pair[1].condition);
-        assert!(!again || specs.len() < 2, "no condition twice running");
+        assert!(!again || specs.len() < 2, "a condition is shown twice in succession");
     }
     if definition.task == Task::Compare {
         for condition in all.iter().filter(|_| repetitions.is_multiple_of(2)) {
             let as_a = shown.iter().filter(|p| p.condition == *condition && p.a_is == Some(Side::Method)).count();
-            assert_eq!(as_a * 2, repetitions, "the method is A in half of the showings");
+            assert_eq!(as_a * 2, repetitions, "the method is not A in half of the presentations");
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Sessions: whatever a display and people do, and however often the program is killed, the journal that is written is whole
-//! and says what the study says.
+//! The target for sessions. Whatever a display and the people do, and however often the program is killed, the session
+//! must write a journal that can be read and that fits its study.
 //!
-//! The bytes: a study file, a zero byte, then a row, a rate and events.
+//! The bytes are a study file, a zero byte, and then a row, a rate and events.
 
 use cyclopean::study::plan::Plan;
 use cyclopean::study::protocol::{Action, Event, Input, Machine, Setup};
@@ -13,7 +13,7 @@ use cyclopean_analysis::journal::record::{Film, Ready, Record, Resume, Trust};
 use cyclopean_analysis::journal::{self, Entry, Kind, Verifier, collect};
 use serde_json::{Value, json};
 
-/// Longer sessions take long without saying more.
+/// Sessions with more presentations are left out, because they take long and find nothing more.
 const MOST_PRESENTATIONS: usize = 64;
 const RATES_HZ: [f64; 6] = [60.0, 72.0, 89.97, 120.0, 1000.0, 1.0];
 
@@ -21,7 +21,7 @@ pub fn run(bytes: &[u8]) {
     journal_of(bytes);
 }
 
-/// The journal of the session that these bytes tell of, where their study can be held.
+/// The journal of the session that these bytes describe, or `None` if their study is not valid or too long.
 pub fn journal_of(bytes: &[u8]) -> Option<Vec<u8>> {
     let end = bytes.iter().position(|b| *b == 0)?;
     let text = String::from_utf8(bytes[..end].to_vec()).ok()?;
@@ -84,12 +84,12 @@ impl<'a> Session<'a> {
         let (seq, wall) = (self.entries.len() as u64, Default::default());
         let entry = Entry { seq, t_ns: self.now_ns, wall, kind: Kind::Simulated, record };
         if let Err(error) = self.verifier.check(&entry) {
-            panic!("a session writes what contradicts it: {error}: {entry:?}");
+            panic!("a session wrote an entry that contradicts its journal: {error}: {entry:?}");
         }
         self.entries.push(entry);
     }
 
-    /// Whether the program goes on.
+    /// Performs the actions. Returns whether the program goes on after them.
     fn perform(&mut self, actions: Vec<Action>) -> bool {
         let mut goes_on = true;
         for action in actions {
@@ -109,9 +109,9 @@ impl<'a> Session<'a> {
             0 => self.frames(1, period_ns, true),
             1 => self.frames(1, period_ns, false),
             2 => self.frames(u64::from(more).min(self.machine.idle_frames()), period_ns, true),
-            // To the end of what stands there, however long.
+            // As many frames as nothing changes for, which is usually to the end of a segment.
             3 => self.frames(self.machine.idle_frames().min(1 << 20), period_ns, true),
-            // Late, by up to a minute.
+            // One frame that is up to a minute late.
             4 => self.frames(1, period_ns + u64::from(more) * 250_000_000, true),
             5 => Some(Event::Focus(more % 2 == 1)),
             6 => Some(Event::Visible(more % 2 == 1)),
@@ -136,7 +136,7 @@ impl<'a> Session<'a> {
                 let actions = self.machine.handle(self.now_ns, event);
                 self.perform(actions)
             }
-            // Killed.
+            // The program is killed.
             None => false,
         };
         if !goes_on && !self.ended() {
@@ -159,12 +159,12 @@ impl<'a> Session<'a> {
         matches!(self.entries.last().map(|e| &e.record), Some(Record::End(_)))
     }
 
-    /// As the program does it: the journal is replayed into a new machine.
+    /// Resumes the session as the program does, by replaying the journal in a new state machine.
     fn resume(&mut self) {
         self.machine = machine(self.study, self.plan, self.rate_hz, self.film);
         let ready = self.entries.iter().position(|e| matches!(e.record, Record::Ready(_))).expect("a ready record");
         for entry in &self.entries[ready + 1..] {
-            self.machine.replay(&entry.record).expect("a session's own journal fits it");
+            self.machine.replay(&entry.record).expect("a session's own journal can be replayed");
         }
         self.now_ns += 1;
         let program = cyclopean::study::session::program();
@@ -173,7 +173,7 @@ impl<'a> Session<'a> {
         self.perform(first);
     }
 
-    /// The journal is read, proven, told and counted.
+    /// Checks that the journal can be read, has a proven order, can be shown, and gives as many votes as it should.
     fn judge(self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for entry in &self.entries {
@@ -181,15 +181,15 @@ impl<'a> Session<'a> {
         }
         let path = super::file("session.jsonl", &bytes);
         let read: Vec<Entry> = journal::read(&path).expect("a file").collect::<Result<_, _>>().expect("a journal");
-        assert_eq!(read, self.entries, "written and read");
-        let proof = prove_order(&path).expect("its order follows from study and row");
+        assert_eq!(read, self.entries, "the journal changed when it was written and read again");
+        let proof = prove_order(&path).expect("the order follows from the study and the row");
         assert_eq!(proof.sha256, self.plan.order.sha256);
         let seen = Seen::read(&path).expect("a session that can be shown");
         assert_eq!(seen.presentations.len(), count(&read, |r| matches!(r, Record::Presentation(_))));
         let votes = collect(&path).expect("votes");
         let practice = |p: u32| self.plan.presentations[p as usize].purpose == journal::record::Purpose::Practice;
         let counts = |r: &Record| matches!(r, Record::Answer(a) if a.counts && !practice(a.presentation));
-        assert_eq!(votes.votes.len(), count(&read, counts), "an answer that counts is a vote");
+        assert_eq!(votes.votes.len(), count(&read, counts), "not every answer that counts is a vote");
         assert_eq!(inspect(&path).error, None);
         bytes
     }

@@ -1,4 +1,5 @@
-//! Tidy CSV: what is read is written by the columns it has and reads the same; the report of it can be made.
+//! The target for tidy CSV. A table that can be read must have the same answers after it is written and read again, and
+//! it must be possible to make its report.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,9 +10,9 @@ use cyclopean_analysis::journal::Kind;
 use cyclopean_analysis::mos::{TableOptions, table};
 use cyclopean_analysis::report::{self, ReportInput, ReportOptions};
 
-/// Longer tables are read, and not reported on.
+/// Tables with more answers are only read.
 const MOST_REPORTED: u64 = 64;
-/// A report takes a millisecond, so one of so many tables has one.
+/// A report takes a millisecond, so that it is made for only one in this many tables.
 const REPORTED_OF: u64 = 16;
 
 pub fn run(bytes: &[u8]) {
@@ -22,15 +23,15 @@ pub fn run(bytes: &[u8]) {
         Err(error) => return super::said(&error),
     };
     let whole = data::load(std::slice::from_ref(&path), &selection(Columns { by_rating: true, ..Columns::default() }));
-    let whole = whole.expect("the same rows, each rating in a cell of its own").data;
-    assert_eq!(whole.responses(), loaded.responses(), "no answer is lost");
+    let whole = whole.expect("the same rows can be read with one cell for each rating").data;
+    assert_eq!(whole.responses(), loaded.responses(), "answers were lost");
     assert_eq!(whole.kinds, loaded.kinds);
     if loaded.responses() > MOST_REPORTED {
         return;
     }
     let again = super::file("again.csv", &write(&whole));
-    let again = data::load(&[again], &plain).expect("what was written is read").data;
-    assert_eq!(told(&again), told(&loaded), "written and read again");
+    let again = data::load(&[again], &plain).expect("a written table can be read").data;
+    assert_eq!(told(&again), told(&loaded), "the answers changed when they were written and read again");
     match table(&loaded, &TableOptions::default()) {
         Ok(table) => drop(table.to_json()),
         Err(error) => super::said(&error),
@@ -45,13 +46,13 @@ fn selection(columns: Columns) -> Selection {
     Selection { columns, allow_kinds, ..Selection::default() }
 }
 
-/// Study, factors with their levels.
+/// The study, and its factors with their levels.
 type Condition<'a> = (&'a str, BTreeMap<&'a str, &'a str>);
 
-/// How often each rating was given, and how often and how much each participant answered.
+/// How often each rating was given, and for each participant the number and the sum of the ratings.
 type Answers<'a> = (Vec<(Score, u64)>, BTreeMap<&'a str, (u32, i64)>);
 
-/// The answers by condition, whatever the order of the rows.
+/// The answers by condition, which do not depend on the order of the rows.
 fn told(data: &Dataset) -> BTreeMap<Condition<'_>, Answers<'_>> {
     let of = |at: usize| {
         let cell: &Cell = &data.cells[at];
@@ -65,11 +66,11 @@ fn told(data: &Dataset) -> BTreeMap<Condition<'_>, Answers<'_>> {
     (0..data.cells.len()).filter(|at| !data.cells[*at].counts.is_empty()).map(of).collect()
 }
 
-/// A row an answer, from cells that have one rating each.
+/// Writes one row for each answer, from cells that have one rating each.
 fn write(data: &Dataset) -> Vec<u8> {
     let mut out = String::new();
     let mut line = |cells: &mut dyn Iterator<Item = &str>| {
-        // Numbers stand as they are, as an export has them.
+        // Numbers are not escaped, as in an export.
         let text =
             |cell: &str| if cell.parse::<f64>().is_ok() { cell.to_owned() } else { escape::csv(cell).into_owned() };
         let quoted = |cell: &str| format!("\"{}\"", text(cell).replace('"', "\"\""));
@@ -87,7 +88,7 @@ fn write(data: &Dataset) -> Vec<u8> {
     out.into_bytes()
 }
 
-/// The report of a table, in every form.
+/// Makes the report of a table in every form.
 fn reported(path: &Path) {
     let options = ReportOptions { title: "Fuzz".to_owned(), ..ReportOptions::default() };
     match ReportInput::gather(&[path.to_owned()], &selection(Columns::default()), &options) {
