@@ -1,4 +1,6 @@
-//! What is read back for the metrics: the G-buffer, how far a pixel reflects, and the tone map's twin.
+//! Tests what the renderer returns to the metrics: the G-buffer, the distances to what pixels reflect, and the tone
+//! map. The oracle of the distances is a floor below a ceiling, for which they can be computed; that of the Rust tone
+//! map is the shader. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -14,7 +16,7 @@ use pictures::{glowing, gpu, look, material, plane, scene, settings};
 const W: u32 = 96;
 const H: u32 = 64;
 
-/// A metal floor of this roughness, two metres under a glowing ceiling that reaches as far as the floor.
+/// A metal floor with this roughness, two metres below a glowing ceiling of the same size.
 fn hall(roughness: f32) -> Scene {
     let place = |height: f64, turn: f64| {
         let rotation = DQuat::from_rotation_x(turn);
@@ -36,7 +38,8 @@ fn prepared(scene: &Arc<Scene>, method: &str) -> (Prepared, StereoCamera) {
     (prepared, camera)
 }
 
-/// 1 / the way up to the ceiling along the mirrored view ray, by pixel of the left eye.
+/// For each pixel of the left eye, 1 over the distance from the floor to the ceiling along the mirrored view ray, in
+/// 1/m.
 fn expected(camera: &StereoCamera) -> Vec<f64> {
     let e = &camera.left;
     let [l, r, u, d] = [e.fov.left_rad, e.fov.right_rad, e.fov.up_rad, e.fov.down_rad].map(f64::tan);
@@ -62,10 +65,14 @@ fn a_mirror_reports_how_far_it_reflects() {
     for i in floor_pixels(&geometry) {
         assert!(eye.traced[i] && eye.roughness[i] == 0.0);
         assert!(eye.normal[i].distance(Vec3::Y) < 1e-3 && eye.face_normal[i].distance(Vec3::Y) < 1e-3);
-        // Towards the horizon the ceiling ends before the ray meets it.
+        // Near the horizon the mirrored ray passes the ceiling's edge, so these pixels are left out.
         if inverse[i] > 0.1 {
             let found = f64::from(eye.inverse_hit_distance[i]);
-            assert!((found / inverse[i] - 1.0).abs() < 0.03, "pixel {i}: 1/{found} m is not 1/{} m", inverse[i]);
+            assert!(
+                (found / inverse[i] - 1.0).abs() < 0.03,
+                "pixel {i}: 1/distance is {found} and not {} per metre",
+                inverse[i]
+            );
             let distance = camera.left.near_m / f64::from(eye.depth[i]);
             assert!((0.5..30.0).contains(&distance), "pixel {i}: {distance} m");
             seen += 1;
@@ -83,12 +90,16 @@ fn a_rough_floor_reports_its_lobes_mean_and_other_methods_none() {
     let inverse = expected(&camera);
     for i in floor_pixels(&geometry).filter(|&i| inverse[i] > 0.2) {
         let found = f64::from(geometry.eyes[0].inverse_hit_distance[i]);
-        assert!((0.5..1.6).contains(&(found / inverse[i])), "pixel {i}: 1/{found} m, mirrored 1/{} m", inverse[i]);
+        assert!(
+            (0.5..1.6).contains(&(found / inverse[i])),
+            "pixel {i}: 1/distance is {found}, and for a mirror {} per metre",
+            inverse[i]
+        );
     }
     let (screen_space, _) = prepared(&scene, "sssr");
     let geometry = screen_space.geometry().expect("read");
     assert!(geometry.eyes[1].inverse_hit_distance.iter().all(|d| *d == -1.0));
-    // A band around the view is drawn by this one, and not read back.
+    // This method also draws a guard band around the view, which must not be read back.
     let (guarded, _) = prepared(&scene, "sssr-guardband");
     let other = guarded.geometry().expect("read");
     assert_eq!(other.eyes[0].instance.len(), (W * H) as usize);

@@ -1,4 +1,6 @@
-//! Rays that the views lose ask the geometry: what that must leave alone, what it must mend, and what it must not cost.
+//! Tests the hybrid methods, whose lost rays ask the scene's geometry: what they must improve, what they must not
+//! change, and that no geometry is built where no ray is lost. The oracle is the path-traced reference. Needs a Vulkan
+//! device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -18,12 +20,12 @@ fn small() -> Settings {
     Settings { edge_fade: 0.1, ..plain_settings(96, 64) }
 }
 
-/// Mean over both eyes of the reflection's green channel, where any is traced.
+/// The sum of the reflection's green channel over both eyes.
 fn energy(picture: &StereoPicture) -> f64 {
     picture.eyes.iter().flatten().map(|c| f64::from(c[1])).sum()
 }
 
-/// [`energy`] of each seed from 1 to `seeds`, and the counters of the last.
+/// The [`energy`] with each seed from 1 to `seeds`, and the counters of the last frame.
 fn over_seeds(scene: &Arc<Scene>, method: &str, seeds: u32) -> (Vec<f64>, Counts) {
     let mut renderer = Renderer::new(&gpu(), Arc::clone(scene)).expect("uploaded");
     let camera = scene.views[0].stereo_camera(small().aspect());
@@ -38,7 +40,8 @@ fn over_seeds(scene: &Arc<Scene>, method: &str, seeds: u32) -> (Vec<f64>, Counts
     (energies, counts)
 }
 
-/// A floor that reflects something that glows: a wall in view, or a ceiling that the eyes, which look down, do not see.
+/// A floor that reflects a glowing surface. This is a wall in view, or a ceiling that is not in view because the eyes
+/// look down.
 fn floor_and_glow(roughness: f32, in_view: bool) -> Arc<Scene> {
     use cyclopean::stress::shapes::{place, upright};
     let floor = place([6.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, 0.0, 0.0]);
@@ -66,7 +69,7 @@ fn no_ray_is_left_without_an_answer() {
         let (hybrid, plain) = (render(&gpu, &scene, method, &small()), render(&gpu, &scene, without, &small()));
         assert_eq!((hybrid.counters.missed(), hybrid.counters.skipped), (0, 0), "{method}");
         assert_eq!(hybrid.counters.hits + hybrid.counters.sky, hybrid.counters.rays, "{method}");
-        assert!(hybrid.counters.asked > plain.counters.missed(), "the fade asks, too");
+        assert!(hybrid.counters.asked > plain.counters.missed(), "rays that hit near the border ask no geometry");
         let (with, before) = (error(&hybrid), error(&plain));
         println!("{method}: {with:.3}, {before:.3} without geometry");
         assert!(with < 0.5 * before, "{method}: {with} and {before} without geometry");
@@ -104,9 +107,9 @@ fn a_smaller_share_asks_less_and_keeps_the_mean() {
         let (part, error, counts) = mean(&format!("sssr-hybrid-{share}"));
         let lost = counts.asked + counts.skipped;
         println!("{share} %: {:.4} ± {:.4} of all", part / all, error.hypot(all_error) / all);
-        assert_eq!(lost, all_counts.asked, "the same rays are lost");
+        assert_eq!(lost, all_counts.asked, "other rays were lost");
         assert!((counts.asked as f64 / lost as f64 - f64::from(share) / 100.0).abs() < 0.05);
-        // The bound of bright taps takes a little more where taps weigh more; one per cent covers it.
+        // The bound of bright taps removes a little more energy where taps weigh more. One per cent allows for that.
         assert!((part / all - 1.0).abs() < 0.01 + 4.0 * error.hypot(all_error) / all, "{part} and {all}");
     }
 }
@@ -120,7 +123,7 @@ fn where_nothing_is_in_view_it_is_the_paths_through_the_filter() {
         let hybrid = render(&gpu, &scene, method, &settings);
         assert!(hybrid.counters.hits > 2000, "{:?}", hybrid.counters);
         if method == "sssr-hybrid" {
-            // The same rays, the same geometry: alike but for rounding.
+            // Both follow the same rays through the same geometry, and differ only by rounding.
             let error = relative_squared_error(&hybrid.reflection, &paths.reflection, |eye, i| {
                 paths.reflection.eyes[eye][i][1] > 0.0
             });
@@ -134,12 +137,12 @@ fn where_nothing_is_in_view_it_is_the_paths_through_the_filter() {
 
 #[test]
 fn nothing_lost_builds_no_geometry() {
-    // A mirror's reflection of a wall that fills the view above the horizon lies in view.
+    // The wall fills the view above the horizon, so that everything that the mirror reflects is in view.
     let (gpu, scene) = (gpu(), floor_and_glow(0.0, true));
     let settings = plain_settings(96, 64);
     let rendered = render(&gpu, &scene, "stereo-hybrid", &settings);
     assert!(rendered.counters.rays > 1000 && rendered.counters.asked == 0, "{:?}", rendered.counters);
-    assert_eq!(rendered.tracer, None, "no ray asked, so nothing was built");
+    assert_eq!(rendered.tracer, None, "geometry was built, but no ray asked it");
     assert!(rendered.passes.iter().all(|p| p.name != "trace_geometry"));
     let lost = render(&gpu, &hall(0.25), "stereo-hybrid", &settings);
     assert!(lost.tracer.is_some() && lost.passes.iter().any(|p| p.name == "trace_geometry"));
@@ -180,13 +183,13 @@ fn the_recommended_method_says_what_it_is() {
 #[test]
 fn work_in_the_other_eye_follows_the_threshold() {
     let (gpu, scene) = (gpu(), hall(0.3));
-    // Nothing differs by more than everything: each eye for itself, without the other one's traversal, but with both
-    // eyes' fade. With nothing to hide behind, every pixel goes on.
+    // No pixel exceeds a threshold of 100 %, so that each eye is filtered alone, without traversal of the other view,
+    // but with both eyes' fade. With a threshold of 0 %, nearly every pixel is filtered with the other eye's rays.
     let never = render(&gpu, &scene, "stereo-adaptive-100", &small());
     let each = render(&gpu, &scene, "sssr", &small());
     let always = render(&gpu, &scene, "stereo-adaptive-0", &small());
     let both = render(&gpu, &scene, "stereo-no-traversal", &small());
-    // A pixel whose taps are all alike is finished even so: it has nothing to gain.
+    // A pixel whose taps are all alike is left out even then, because the other eye's rays would not change it.
     let mask = |eye: usize, i: usize| both.reflection.eyes[eye][i][1] > 0.0;
     let apart = relative_squared_error(&always.reflection, &both.reflection, mask);
     assert!(apart < 1e-3, "{apart}");

@@ -1,4 +1,5 @@
-//! Baked indirect light against a furnace, an independent path tracer on the CPU, and what must not change without it.
+//! Tests baked indirect light. The oracles are the formula for a room whose walls all glow alike, and a small path
+//! tracer in this file that shares no code with the renderer. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -14,17 +15,17 @@ fn chalk(albedo: [f32; 3]) -> Material {
     Material { metallic: 0.0, dielectric_f0: Vec3::ZERO, base_color: Vec3::from(albedo).extend(1.0), ..material(1.0) }
 }
 
-/// A square of side `2·half`, turned from +Y, about a place.
+/// A square of side `2·half` about the place `at`. Without a turn it faces +Y.
 fn square(half: f64, turn: DQuat, at: DVec3, of: Material) -> (Primitive, Material, DAffine3) {
     (plane(1), of, DAffine3::from_scale_rotation_translation(DVec3::new(2.0 * half, 1.0, 2.0 * half), turn, at))
 }
 
-/// Turns +Y to a direction along an axis.
+/// The rotation of +Y to the direction of an axis.
 fn towards(d: DVec3) -> DQuat {
     if d == DVec3::NEG_Y { DQuat::from_rotation_x(std::f64::consts::PI) } else { DQuat::from_rotation_arc(DVec3::Y, d) }
 }
 
-/// The inside of a cube of side 2, each wall by `of` the direction it faces.
+/// The inside of a cube of side 2. `of` gives the material of the wall that faces a direction.
 fn cube(of: impl Fn(DVec3) -> Material) -> Vec<(Primitive, Material, DAffine3)> {
     let faces = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     faces.map(|n| square(1.0, towards(n), -n, of(n))).into()
@@ -45,7 +46,8 @@ fn a_room_whose_walls_glow_alike_has_the_furnaces_light() {
         let glow = Material { emissive: Vec3::splat(0.25), ..chalk([albedo; 3]) };
         let room = Arc::new(inside(cube(|_| glow.clone())));
         let rendered = render(&gpu, &room, "sssr", &with_indirect(48, 32));
-        // E + ρE + ρ²E + …; the albedo's square root is kept in eight bits.
+        // The expected light is E + ρE + ρ²E + … = E/(1 − ρ). The renderer keeps the albedo's square root in eight
+        // bits.
         let kept = ((albedo.sqrt() * 255.0).round() / 255.0).powi(2);
         let expected = f64::from(0.25 / (1.0 - kept));
         let pixels = rendered.linear.eyes.iter().flatten().flatten();
@@ -61,8 +63,9 @@ fn a_room_whose_walls_glow_alike_has_the_furnaces_light() {
     }
 }
 
-/// A red and a green wall, a lamp in the ceiling, a box on the floor.
+/// Half the side of the square lamp below the ceiling.
 const LAMP: f64 = 0.35;
+/// The box on the floor: its bounds in x, in y and in z.
 const BOX: [f64; 6] = [-0.55, -0.05, -1.0, -0.3, -0.5, 0.1];
 
 fn wall_color(n: DVec3) -> [f32; 3] {
@@ -80,7 +83,7 @@ fn cornell() -> Scene {
     let (middle, half) = (DVec3::new(x0 + x1, y0 + y1, z0 + z1) / 2.0, DVec3::new(x1 - x0, y1 - y0, z1 - z0) / 2.0);
     for n in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::Z, DVec3::NEG_Z] {
         let turn = towards(n);
-        // The sides of the turned unit square, along the axes that they lie along.
+        // The lengths of the box's edges along which the sides of the turned unit square lie.
         let along = |v: DVec3| (turn * v).abs().dot(2.0 * half);
         let scale = DVec3::new(along(DVec3::X), 1.0, along(DVec3::Z));
         let at = middle + n * half;
@@ -89,7 +92,7 @@ fn cornell() -> Scene {
     inside(parts)
 }
 
-/// xorshift64*: no part of the renderer's random numbers.
+/// The generator xorshift64*, which the renderer does not use.
 struct Random(u64);
 
 impl Random {
@@ -101,7 +104,7 @@ impl Random {
     }
 }
 
-/// Where a ray within the room ends: the place, the normal, and what is there.
+/// Where a ray within the room ends: the place, the normal, the albedo, and whether it is the lamp.
 fn hit(o: DVec3, d: DVec3) -> (DVec3, DVec3, [f64; 3], bool) {
     let mut t = f64::INFINITY;
     let (mut n, mut lamp) = (DVec3::Y, false);
@@ -135,7 +138,7 @@ fn hit(o: DVec3, d: DVec3) -> (DVec3, DVec3, [f64; 3], bool) {
     (o + d * t, n, color, lamp)
 }
 
-/// Radiance against `d` by brute force: cosine-weighted bounces until a lamp or the end of the light.
+/// An estimate of the radiance that arrives at `o` against the direction `d`, by one path of cosine-weighted bounces.
 fn radiance(mut o: DVec3, mut d: DVec3, random: &mut Random) -> [f64; 3] {
     let mut share = [1.0; 3];
     for _ in 0..40 {
@@ -169,7 +172,7 @@ fn a_cornell_box_has_the_light_of_an_independent_path_tracer() {
     let mut random = Random(88_172_645_463_325_252);
     let e = camera.eye(Eye::Left);
     let [left, right, down, up] = [e.fov.left_rad, e.fov.right_rad, e.fov.down_rad, e.fov.up_rad].map(f64::tan);
-    // Over blocks of 4×4 pixels: what is found and what is expected, each channel by itself.
+    // The rendered and the expected light are compared over blocks of 4×4 pixels, for each channel.
     let blocks = (width / 4) as usize;
     let (mut found, mut expected) = (vec![[0.0f64; 3]; blocks * 6], vec![[0.0f64; 3]; blocks * 6]);
     for y in 0..height {
@@ -195,7 +198,7 @@ fn a_cornell_box_has_the_light_of_an_independent_path_tracer() {
     let apart = apart / expected.iter().flatten().sum::<f64>();
     println!("the mean light is off by {off:.4?}; blocks of 4×4 pixels differ by {apart:.4} of the mean");
     assert!(off.iter().all(|o| o.abs() < 0.02), "the mean light is off by {off:?}");
-    // The noise of the path tracer's own is about a hundredth.
+    // The noise of the test's own path tracer is about 0.01.
     assert!(apart < 0.03, "blocks differ by {apart} of the mean");
 }
 
@@ -209,7 +212,7 @@ fn no_light_leaks_into_a_closed_room() {
     room.lights = vec![Light { size: 0.01, ..sun.into() }];
     let rendered = render(&gpu, &Arc::new(room), "path-traced@4", &with_indirect(48, 32));
     let most = rendered.linear.eyes.iter().flatten().flatten().fold(0.0f32, |a, &b| a.max(b));
-    assert!(most <= 1e-4, "{most} of the light outside came in");
+    assert!(most <= 1e-4, "light of {most} came in from outside");
 }
 
 #[test]
@@ -228,7 +231,7 @@ fn a_mirror_shows_the_corner_as_lit_as_it_is() {
     let mirrored: Vec<f32> = rendered.reflection.eyes.iter().flatten().map(|t| t[0]).filter(|v| *v > 0.0).collect();
     assert!(mirrored.len() > 100, "{}", mirrored.len());
     let mean = mirrored.iter().sum::<f32>() / mirrored.len() as f32;
-    // The walls' light is 0.5, and a little less for the mirror that takes a part of it.
+    // The walls' light would be 0.5. It is a little less because the mirror absorbs a part of it.
     assert!((mean - 0.5).abs() < 0.02, "{mean}");
 }
 

@@ -1,4 +1,5 @@
-//! Each method does what its name says: the oracle of the traversal, the publication's settings, the peers.
+//! Tests that each method does what its name says. The oracles are `stereo-one-loop`, which alternates between the
+//! views for as long as a ray is lost, and the path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -39,10 +40,11 @@ fn two_stages_find_what_the_oracle_finds() {
         let lost = ours.iter().zip(&oracle).filter(|(a, b)| !known(a) && known(b)).count();
         let only = ours.iter().zip(&oracle).filter(|(a, b)| known(a) && !known(b)).count();
         println!(
-            "cant {cant}: of {rays} rays {differing} differ; {lost} known to the oracle alone, {only} to ours alone"
+            "cant {cant}: {differing} of {rays} rays differ; only the oracle answers {lost}, only ours answers {only}"
         );
         assert!(rays > 2000, "{rays}");
-        // What both eyes lose is not looked for in the other one again: see trace_other_eye.comp.
+        // Unlike in the oracle, a ray that both eyes lose does not go on alternating between them (see
+        // trace_other_eye.comp).
         assert!(differing * 1000 < 15 * rays, "{differing} of {rays}");
         assert!((differing - lost) * 1000 < 2 * rays, "{differing} of {rays}, {lost} lost");
     }
@@ -59,9 +61,9 @@ fn two_stages_err_as_the_oracle_errs() {
     };
     let (ours, oracle) = (error("stereo@4"), error("stereo-one-loop@4"));
     let baseline = error("sssr@4");
-    // In a hall made of occlusion the rays that both eyes lose are a good part of what little error is left, and rays that
-    // pass less than a pixel of disparity behind matter are not looked for in the other eye.
-    println!("{ours}, {oracle} by the oracle, {baseline} by the baseline");
+    // The hall has much occlusion, so that rays which both eyes lose are a large part of the small remaining error.
+    // Rays that pass behind matter by less than a pixel of disparity do not go on in the other eye either.
+    println!("error {ours}; {oracle} with the oracle, {baseline} with the baseline");
     assert!(ours < 1.35 * oracle && ours - oracle < 0.2 * (baseline - oracle));
 }
 
@@ -76,11 +78,11 @@ fn the_publications_settings_err_more_and_no_change_of_ours_harms() {
         relative_squared_error(&rendered.reflection, &reference.reflection, mask)
     };
     let (ours, paper) = (error("stereo"), error("stereo-paper"));
-    assert!(ours < paper, "{ours} and {paper} with the publication's settings");
+    assert!(ours < paper, "error {ours}, but {paper} with the publication's settings");
     for change in ["stereo-fixed-tolerance", "stereo-no-filling", "stereo-no-back-check", "stereo-no-camera-rays"] {
         let without = error(change);
-        println!("{change}: {without} instead of {ours}; all four {paper}");
-        assert!(without > 0.98 * ours, "{change} is better than ours: {without} and {ours}");
+        println!("{change}: error {without} instead of {ours}; {paper} with all four changes");
+        assert!(without > 0.98 * ours, "{change} is better than our method: error {without} instead of {ours}");
     }
 }
 
@@ -89,7 +91,7 @@ fn a_guard_band_shows_the_same_view_and_misses_less() {
     let (gpu, scene) = (gpu(), hall(0.1));
     let (plain, guarded) = (render(&gpu, &scene, "sssr", &small()), render(&gpu, &scene, "sssr-guardband", &small()));
     assert_eq!((guarded.linear.width, guarded.linear.height), (96, 64));
-    // Coverage of one and the same pixel may turn on the last digit of a wider frustum.
+    // In the wider frustum rounding may decide otherwise whether a triangle covers a pixel.
     let rays = guarded.counters.rays.abs_diff(plain.counters.rays);
     assert!(rays * 200 < plain.counters.rays, "{rays} rays more or fewer");
     assert!(guarded.counters.left_view * 10 < plain.counters.left_view * 9);
@@ -119,7 +121,7 @@ fn shared_noise_is_the_same_noise() {
 fn one_eye_traces_and_the_other_is_reprojected() {
     let (gpu, scene) = (gpu(), hall(0.3));
     let (both, one) = (render(&gpu, &scene, "sssr", &small()), render(&gpu, &scene, "one-eye", &small()));
-    // What passes through one more image is rounded once more.
+    // With `one-eye` the light passes through one more image and is rounded once more.
     let near = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).all(|c| (a[c] - b[c]).abs() <= 2e-3 * a[c].max(0.01));
     assert!(both.linear.eyes[0].iter().zip(&one.linear.eyes[0]).all(near));
     assert!(one.counters.rays * 3 < both.counters.rays * 2, "{} of {}", one.counters.rays, both.counters.rays);
@@ -137,7 +139,7 @@ fn a_wider_filter_is_calmer() {
         relative_squared_error(&rendered.reflection, &reference.reflection, both_see)
     };
     assert!(error("sssr-wide") < error("sssr"));
-    // The reference's rays know more than any view, and the filter makes few of them go further.
+    // Path-traced rays find more than the views show, and the filter reduces the noise of few rays.
     let (few, filtered) = (error("path-traced@2"), error("path-traced@2-resolved"));
     assert!(filtered < 0.5 * few, "{filtered} and {few} without the filter");
     assert!(filtered < error("sssr@2"));

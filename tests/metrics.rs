@@ -1,8 +1,8 @@
-//! The metrics against their oracles. Needs no GPU.
+//! Compares SSIM with numbers of scikit-image, and FLIP with NVIDIA's own code (the crate `nv_flip`). Needs no GPU.
 
 use cyclopean::metrics::{Flip, Ssim};
 
-/// A smooth pattern in [0, 1]; `k` chooses one.
+/// A smooth pattern with values in [0, 1]. `k` chooses the pattern.
 fn pattern(width: usize, height: usize, k: f64) -> Vec<[f32; 3]> {
     texels(width, height, |x, y, c| {
         let wave = ((0.31 * k + 0.7) * x + 0.23 * (c + 1.0) * y + 0.011 * k * x * y).sin();
@@ -10,7 +10,7 @@ fn pattern(width: usize, height: usize, k: f64) -> Vec<[f32; 3]> {
     })
 }
 
-/// The pattern with a fine disturbance.
+/// The same pattern with a fine disturbance.
 fn disturbed(width: usize, height: usize, k: f64) -> Vec<[f32; 3]> {
     let base = pattern(width, height, k);
     texels(width, height, |x, y, c| {
@@ -26,7 +26,7 @@ fn texels(width: usize, height: usize, f: impl Fn(f64, f64, f64) -> f64) -> Vec<
 
 #[test]
 fn ssim_is_scikit_images() {
-    // scikit-image 0.26.0, numpy 2.4.6, on these patterns as float64:
+    // The numbers are those of scikit-image 0.26.0 with numpy 2.4.6 for these patterns as float64:
     // structural_similarity(a, b, channel_axis=2, gaussian_weights=True, sigma=1.5, use_sample_covariance=False,
     //                       data_range=1) with b = disturbed(k), then pattern(k + 1)
     for (width, height, k, disturbed_by, another) in [
@@ -49,7 +49,7 @@ fn masked_ssim_looks_at_centres() {
     let (width, height) = (30, 20);
     let reference = pattern(width, height, 1.0);
     let ssim = Ssim::new(width, height, &reference).expect("large enough");
-    // Disturbed on the right only: windows whose centre is six pixels left of it see nothing.
+    // Only the right part is disturbed. Windows whose centre is more than five pixels left of it do not reach it.
     let other = disturbed(width, height, 1.0);
     let half = |i: usize| i % width >= 18;
     let picture: Vec<[f32; 3]> = (0..width * height).map(|i| if half(i) { other[i] } else { reference[i] }).collect();
@@ -58,7 +58,7 @@ fn masked_ssim_looks_at_centres() {
     let right: Vec<bool> = left.iter().map(|l| !l).collect();
     assert!(ssim.over(&picture, &right).expect("centres") < 0.99);
     assert_eq!(ssim.over(&picture, &vec![false; width * height]), None);
-    assert!(Ssim::new(10, 20, &reference[..200]).is_none(), "smaller than the window");
+    assert!(Ssim::new(10, 20, &reference[..200]).is_none(), "a picture smaller than the window was accepted");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn flip_is_nvidias() {
             let theirs = nv_flip::flip(image(&reference), image(&test), pixels_per_degree as f32).to_vec();
             let ours = Flip::new(width, height, &values(&reference), pixels_per_degree as f32).map(&values(&test));
             let worst = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            // Powers near 0 amplify the last bits of their arguments.
+            // Powers of numbers near 0 amplify differences in the last bits.
             assert!(worst < 2e-4, "{width}x{height} at {pixels_per_degree}: {worst}");
             let mean = |m: &[f32]| m.iter().map(|e| f64::from(*e)).sum::<f64>() / m.len() as f64;
             assert!((mean(&ours) - mean(&theirs)).abs() < 1e-5, "{} is not {}", mean(&ours), mean(&theirs));

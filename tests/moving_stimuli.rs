@@ -1,4 +1,5 @@
-//! Moving stimuli as the real renderer makes them: the same pictures as `render --path`, frame by frame.
+//! Tests moving stimuli from `prepare` to the session and `study show`. The oracle is `render --path`, which must give
+//! the same pictures frame by frame. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod program;
@@ -7,14 +8,14 @@ use program::{cyclopean, stderr};
 use serde_json::{Value, json};
 
 const FRAMES: usize = 5;
-/// Of the scene's view.
+/// The distance between the eyes of the scene's view.
 const IPD_M: f64 = 0.063;
 
 fn study() -> Value {
     json!({
         "format": 1, "id": "moving", "title": "Moving", "seed": 3, "participants": 2, "task": "rate",
         "instructions": "Look.", "question": "How much?", "labels": ["much", "little"], "scale": [1, 2],
-        // Five frames of sixty a second.
+        // Five frames at 60 frames per second.
         "protocol": [{"show": "stimulus", "seconds": FRAMES as f64 / 60.0}],
         "blank": {"seconds": 0.1},
         "stimuli": {"width_px": 48, "height_px": 32, "seed": 4, "shadows": false, "ipd_m": IPD_M},
@@ -71,15 +72,16 @@ fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
             let shown = picture(&stimulus.join(name));
             let rendered = picture(&out.join(format!("pica_sway_{method}_{frame:04}.png")));
             assert_eq!(shown.dimensions(), (96, 32));
-            // One seed, one device: the same picture, but for the history with which a film begins.
+            // With the same seed and device the pictures are equal, unless the method has a history. A film begins as
+            // after standing still, and `render` begins without a history.
             let differing = shown.pixels().zip(rendered.pixels()).filter(|(a, b)| a != b).count();
             match method {
                 "sssr" => assert_eq!(differing, 0, "frame {frame}"),
-                _ => assert!(frame > 0 || differing > 0, "the film does not begin as after standing still"),
+                _ => assert!(frame > 0 || differing > 0, "the film begins without a history"),
             }
         }
     }
-    // What is whole is not rendered again, and a session is shown every frame.
+    // Complete stimuli are not rendered again, and a session shows every frame.
     let again = cyclopean(folder.path(), &["prepare", "study.json"]);
     assert!(String::from_utf8_lossy(&again.stdout).contains("2 whole, 0 rendered"), "{again:?}");
     succeeds(&["run", "study.json", "--participant", "p1", "--simulate", "--hz", "60"]);
@@ -94,7 +96,7 @@ fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
         .collect();
     assert_eq!(onsets, [FRAMES; 2]);
 
-    // Any trial again, byte for byte, every frame of it; and the session as a page.
+    // `study show` renders a trial again, byte for byte and with every frame, and writes a page about the session.
     let journal = walk(&folder.path().join("sessions"), "001.jsonl").remove(0);
     let journal = journal.to_str().unwrap();
     let again = cyclopean(folder.path(), &["study", "show", journal, "--trial", "1"]);
@@ -114,7 +116,7 @@ fn a_moving_stimulus_is_the_path_as_it_is_rendered() {
     assert!(stderr(&beyond).contains("numbered from 0 to 1"), "{}", stderr(&beyond));
 }
 
-/// Every file below a folder whose name ends so.
+/// Every file below a folder whose name ends with `end`.
 fn walk(folder: &std::path::Path, end: &str) -> Vec<std::path::PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {

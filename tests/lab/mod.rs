@@ -1,6 +1,7 @@
-//! A study laboratory for tests: a renderer that needs no graphics device, and the program's binary in a fresh folder.
+//! A laboratory for tests of studies: a renderer of stimuli that needs no graphics device, and the program in a fresh
+//! folder.
 
-#![allow(dead_code)] // Each test program uses its part.
+#![allow(dead_code)] // Each test program uses a part of this module.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -12,14 +13,14 @@ use cyclopean::study::store::Store;
 use cyclopean::study::validate;
 use cyclopean_analysis::journal::record::Film;
 
-/// Paints small real images whose colours follow from the request.
+/// Renders small real pictures whose colours follow from the request.
 #[derive(Default)]
 pub struct Painter {
-    /// Changes every identity, as a new shader would.
+    /// Part of every identity. Another version changes all of them, as a new shader would.
     pub version: u32,
-    /// How many were rendered.
+    /// The number of stimuli that were rendered.
     pub rendered: usize,
-    /// Fails at this one.
+    /// The number of the stimulus at which rendering fails.
     pub fails_at: Option<usize>,
 }
 
@@ -57,7 +58,7 @@ impl StimulusRenderer for Painter {
     }
 }
 
-/// The frames that a stimulus along a path has: a path of one second.
+/// The frames of a stimulus along a path, which lasts at most one second.
 pub fn film(request: &StimulusRequest, rate_hz: f64) -> Option<Film> {
     request.path.as_ref()?;
     let seconds = request.seconds.expect("a moving stimulus says how long it is shown").min(1.0);
@@ -70,12 +71,12 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// `study`: JSON of the whole file.
+    /// Makes a laboratory with this study file.
     pub fn new(study: &serde_json::Value) -> Lab {
         Lab::within(&std::env::temp_dir(), study)
     }
 
-    /// On a file system in memory where there is one: thousands of syncs cost nothing there.
+    /// The same on a file system in memory where there is one, because thousands of syncs take no time there.
     pub fn in_memory(study: &serde_json::Value) -> Lab {
         let (memory, temporary) = (Path::new("/dev/shm"), std::env::temp_dir());
         Lab::within(if memory.is_dir() { memory } else { &temporary }, study)
@@ -114,7 +115,7 @@ impl Lab {
             .expect("prepared stimuli")
     }
 
-    /// The program, in this folder.
+    /// A command of the program in this folder.
     pub fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_cyclopean"));
         command.args(args).current_dir(self.dir.path());
@@ -125,7 +126,7 @@ impl Lab {
         self.command(args).output().expect("the program starts")
     }
 
-    /// A simulated session; more arguments after the participant.
+    /// Runs a simulated session, with more arguments after the participant.
     pub fn simulate(&self, participant: &str, more: &[&str]) -> Output {
         let mut args = vec!["run", "study.json", "--participant", participant, "--simulate"];
         args.extend_from_slice(more);
@@ -137,7 +138,7 @@ impl Lab {
     }
 }
 
-/// `mos` beside the program under test; built where it is missing. None: it cannot be built here.
+/// The program `mos` beside the program under test. It is built if it is missing. `None` if it cannot be built here.
 pub fn mos() -> Option<PathBuf> {
     let program = Path::new(env!("CARGO_BIN_EXE_cyclopean"));
     let mos = program.with_file_name("mos").with_extension(std::env::consts::EXE_EXTENSION);
@@ -165,7 +166,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// `n` scenes rated on five steps, short times.
+/// A study in which these scenes are rated on five steps, with short times.
 pub fn rate(scenes: &[&str], repetitions: u32) -> serde_json::Value {
     serde_json::json!({
         "format": 1, "id": "rate", "title": "Rate", "seed": 11, "participants": 4, "task": "rate",

@@ -1,5 +1,6 @@
-//! Distances by networks that the user names: the mean squared difference as a network that this test writes, which every
-//! other measure can check, and a published network against PyTorch where both are installed.
+//! Tests measures by networks that the user names. One network, which the test writes itself, computes the mean squared
+//! difference; the program's own MSE is its oracle. A published network is compared with PyTorch, where PyTorch and the
+//! network's package are installed. Most tests need a build with the feature `networks`.
 
 #[cfg(feature = "networks")]
 mod onnx;
@@ -13,7 +14,7 @@ use program::{cyclopean, stderr};
 
 const SIZE: (u32, u32) = (24, 21);
 
-/// Two pictures with all kinds of values.
+/// Writes two pictures with different values.
 fn pictures(folder: &Path) {
     let (width, height) = SIZE;
     for (name, phase) in [("a.exr", 0.0f32), ("b.exr", 0.4)] {
@@ -63,7 +64,10 @@ mod with_networks {
             let composite = &found[eye]["composite"];
             let [network, ours] = ["lpips", "tonemapped_mse"].map(|key| composite[key].as_f64().expect("a number"));
             assert!(ours > 1e-3 && (network - ours).abs() < 1e-6 * ours.max(1.0), "{eye}: {network}, not {ours}");
-            assert!(composite.get("dists").is_none(), "no network was named for it");
+            assert!(
+                composite.get("dists").is_none(),
+                "there is a number for DISTS, although no network was named for it"
+            );
         }
         let without = json(folder.path(), &["compare", "a.exr", "b.exr"]);
         assert!(without["left"]["composite"].get("lpips").is_none());
@@ -97,7 +101,7 @@ mod with_networks {
         json(folder.path(), &["compare", "a.exr", "b.exr", "--lpips", "fits.onnx"]);
     }
 
-    /// Whatever is damaged, the program answers with a number or one sentence.
+    /// Whatever byte is damaged, the reader must give a network or an error, and must not panic.
     #[test]
     fn a_damaged_network_never_ends_the_program_by_surprise() {
         let whole = with_smallest_side("21");
@@ -125,7 +129,11 @@ mod with_networks {
         let without = json(folder.path(), &arguments);
         assert!(markdown().contains("LPIPS and DISTS are absent") && without.get("networks").is_none());
         let with = json(folder.path(), &[&arguments[..], &["--lpips", "n.onnx"]].concat());
-        assert_eq!(std::fs::read_dir(folder.path().join("kept")).expect("kept").count(), 2, "one result each");
+        assert_eq!(
+            std::fs::read_dir(folder.path().join("kept")).expect("kept").count(),
+            2,
+            "not one kept result with the network and one without"
+        );
         assert_eq!(with["networks"]["lpips"].as_str().map(str::len), Some(64));
         for row in with["scenes"][0]["results"].as_array().expect("rows") {
             let eye = &row["left"];
@@ -148,7 +156,8 @@ mod with_networks {
         assert!(!folder.path().join("other").exists());
     }
 
-    /// PyTorch's own number for the same pictures. Skips where PyTorch or the network's package is not installed.
+    /// Compares with PyTorch's own numbers for the same pictures. The test is skipped, with a message, where PyTorch or
+    /// the network's package is not installed, unless `CYCLOPEAN_REQUIRE_PYTORCH` is 1.
     #[test]
     fn a_published_network_gives_what_pytorch_gives() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -175,7 +184,7 @@ mod with_networks {
         for line in scores.lines() {
             let numbers: Vec<f64> = line.split(' ').map(|n| n.parse().expect("a number")).collect();
             let (width, height) = (numbers[0] as usize, numbers[1] as usize);
-            // As scores.py has it.
+            // The same pictures as in scores.py.
             let picture = |phase: f64| -> Vec<[f32; 3]> {
                 let value = |i: usize, channel: f64| (0.5 + 0.5 * (0.37 * i as f64 + channel + phase).sin()) as f32;
                 (0..width * height).map(|i| [0.0, 1.0, 2.0].map(|channel| value(i, channel))).collect()

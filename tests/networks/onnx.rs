@@ -1,4 +1,4 @@
-//! Small ONNX networks as bytes, field by field of the protocol buffer (onnx.proto, version 13 of the operators).
+//! Writes small ONNX networks, field by field in the form of a protocol buffer (onnx.proto, operators of version 13).
 
 fn varint(mut n: u64) -> Vec<u8> {
     let mut out = Vec::new();
@@ -28,12 +28,12 @@ fn node(inputs: &[&str], output: &str, operator: &str, attributes: &[Vec<u8>]) -
     message(1, &[inputs, vec![text(2, output), text(3, output), text(4, operator)], attributes.to_vec()].concat())
 }
 
-/// An attribute of one whole number.
+/// An attribute with one whole number.
 fn whole(name: &str, value: u64) -> Vec<u8> {
     message(5, &[text(1, name), number(3, value), number(20, 2)])
 }
 
-/// A tensor of floats; a side without a number has a name instead.
+/// The description of a tensor of floats. A side whose length is free has a name instead of a number.
 fn value(field: u64, name: &str, sides: &[Result<u64, &str>]) -> Vec<u8> {
     let sides: Vec<Vec<u8>> =
         sides.iter().map(|side| message(1, &[side.map_or_else(|name| text(2, name), |n| number(1, n))])).collect();
@@ -58,17 +58,17 @@ fn nodes() -> Vec<Vec<u8>> {
     ]
 }
 
-/// The mean over pixels and channels of the squared difference.
+/// A network that computes the mean of the squared difference over pixels and channels.
 pub fn mean_square() -> Vec<u8> {
     model(&["reference", "picture"], &nodes(), &[])
 }
 
-/// The same with an entry of metadata.
+/// The same with the entry `smallest_side` in its metadata.
 pub fn with_smallest_side(side: &str) -> Vec<u8> {
     model(&["reference", "picture"], &nodes(), &[("smallest_side", side)])
 }
 
-/// Files that are no network of two pictures, and what is said of each.
+/// Files that are not valid networks of two pictures, each with a part of the message that refuses it.
 pub fn broken_networks() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let whole = mean_square();
     let one = [node(&["reference", "reference"], "square", "Mul", &[]), nodes()[2].clone()];

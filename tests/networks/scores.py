@@ -1,10 +1,15 @@
-"""What PyTorch says of pairs of pictures: scores.py NETWORK ONNX-FILE SCORES-FILE. The test makes the same pictures."""
+"""Exports a network and writes PyTorch's own distances of some pairs of pictures, for tests/networks/main.rs.
+
+    scores.py NETWORK ONNX-FILE SCORES-FILE
+
+The test makes the same pictures.
+"""
 
 import math
 import os
 import sys
 
-# The source tree stays as it is.
+# Python must not write compiled files into the source tree.
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 import export_networks as export
