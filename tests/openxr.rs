@@ -1,4 +1,6 @@
-//! Whole sessions on a real OpenXR runtime, with a scripted head and scripted hands.
+//! Tests whole sessions on a real OpenXR runtime (Monado), with a scripted head and scripted hands. The oracles are the
+//! script of the answers, a log of all OpenXR calls, and pictures of the compositor's window. Needs Linux, root's
+//! rights and the root folder that `tests/xr/root` builds; tests are skipped, with a message, without them.
 
 mod lab;
 mod xr;
@@ -19,7 +21,7 @@ use xr::window::{Window, spots};
 use xr::witness::Witness;
 use xr::{Compositor, Service, wait_for};
 
-/// `cyclopean run … --display openxr` in the root.
+/// The program under test, which runs in the test root. Its output goes to the file `said`.
 struct Run {
     child: Child,
     said: PathBuf,
@@ -49,7 +51,7 @@ impl Run {
         writeln!(self.child.stdin.as_mut().expect("a keyboard"), "{line}").unwrap();
     }
 
-    /// Exit code and everything it said.
+    /// Waits for the program to end, and returns its exit status and everything that it printed.
     fn end(&mut self) -> (i32, String) {
         let code = wait_for("the program's end", Duration::from_secs(60), || self.child.try_wait().unwrap());
         (code.code().unwrap_or(-1), std::fs::read_to_string(&self.said).unwrap())
@@ -61,12 +63,12 @@ impl Drop for Run {
         let _ = self.child.kill();
         let _ = self.child.wait();
         if std::thread::panicking() {
-            eprintln!("--- the program said:\n{}", std::fs::read_to_string(&self.said).unwrap_or_default());
+            eprintln!("--- the program printed:\n{}", std::fs::read_to_string(&self.said).unwrap_or_default());
         }
     }
 }
 
-/// Two methods compared, toggled four times.
+/// A study that compares two methods, toggling between them four times in each presentation.
 fn compare() -> serde_json::Value {
     serde_json::json!({
         "format": 1, "id": "rate", "title": "Compare", "seed": 11, "participants": 4, "task": "compare",
@@ -80,8 +82,9 @@ fn compare() -> serde_json::Value {
     })
 }
 
-/// The same study with pictures that say how wide they are, and with presentations that count whatever was missed: a machine
-/// that is busy with other work misses frames, which are counted and compared all the same.
+/// The same study with a given width of its pictures, in degrees, and with loose rules of validity. A machine that is
+/// busy with other work misses frames. They are still counted and compared, but they do not make a presentation
+/// invalid.
 fn wide(mut study: serde_json::Value, degrees: f64) -> serde_json::Value {
     study["stimuli"]["horizontal_fov_deg"] = degrees.into();
     study["validity"] = serde_json::json!({
@@ -94,9 +97,10 @@ fn journal(lab: &Lab) -> PathBuf {
     lab.journal("p1", "001")
 }
 
-/// A whole session on the null compositor, answered as `choice` says; what the journal must say of it in any study.
+/// Runs a whole session on the null compositor, answered as `choice` says, and checks what its journal must say in any
+/// study.
 ///
-/// `layers`: how many a frame has that shows a stimulus, which no other screen has.
+/// A frame that shows a stimulus has this number of `layers`, which no other screen has.
 fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, u32) -> u32) -> (Lab, SessionVotes) {
     let lab = Lab::new(study);
     let service = Service::start(Compositor::Null);
@@ -110,8 +114,8 @@ fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, 
     let (code, said) = run.end();
     assert_eq!(code, 0, "{said}");
     assert!(!said.contains("vulkan validation"), "{said}");
-    // The median alone: on a machine that is busy with other work the scheduler takes the processor away for longer than a
-    // frame now and then, and the largest times and the frames "missed by us" count that, too.
+    // Only the median is checked. On a machine that is busy with other work the scheduler sometimes takes the processor
+    // away for longer than a frame, and the largest times and the frames "missed by us" include that.
     assert!(number_before(&said, " % of the period (median)") < 20.0, "{said}");
     assert_eq!(witness.complaints(), Vec::<String>::new());
 
@@ -127,7 +131,7 @@ fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, 
     for (presentation, attempt, answer) in &answers {
         assert_eq!(*answer, choice(*presentation, *attempt));
     }
-    // Frame by frame what an independent witness saw.
+    // The journal must agree, frame by frame, with the log of an independent witness.
     let presentations: Vec<_> =
         entries.iter().filter_map(|e| if let Record::Presentation(p) = &e.record { Some(p) } else { None }).collect();
     let runs = witness.runs(layers);
@@ -138,13 +142,16 @@ fn whole_session(study: &serde_json::Value, layers: usize, choice: &dyn Fn(u32, 
         assert_eq!(p.segments.iter().map(|s| s.frames_shown).sum::<u64>(), *frames, "{p:?}");
         let (begun, ended) = (p.segments[0].first_ns as i64, p.segments[p.segments.len() - 1].last_ns as i64);
         assert_eq!(ended - begun, last - first, "{p:?}");
-        // Every segment lasts as asked but for what was missed.
+        // The number of frames in a segment may differ from what was asked for by no more than the missed ones.
         for segment in &p.segments {
             assert!(segment.frames_shown.abs_diff(segment.frames_asked) <= p.missed, "{p:?}");
         }
         clocks.push(first - begun);
     }
-    assert!(clocks.windows(2).all(|w| w[0] == w[1]), "one clock: {clocks:?}");
+    assert!(
+        clocks.windows(2).all(|w| w[0] == w[1]),
+        "the journal and the witness do not use the same clock: {clocks:?}"
+    );
     let votes = collect(&journal(&lab)).unwrap();
     assert_eq!((votes.kind, votes.outcome), (Kind::Real, Some(Outcome::Completed)));
     let display = &votes.header.display;
@@ -165,7 +172,7 @@ fn a_rating_study_with_consent_questions_and_head_poses() {
     study["questionnaires"] = serde_json::json!(["person"]);
     study["head_poses"] = true.into();
     let choice = |presentation: u32, _: u32| (presentation * 2 + 1) % 5;
-    // The ground, and a picture an eye.
+    // The layers are the ground and one picture for each eye.
     let (lab, votes) = whole_session(&study, 3, &choice);
     assert_eq!(votes.votes.len(), 2);
     let poses = std::fs::read_to_string(journal(&lab).with_extension("poses.jsonl")).unwrap();
@@ -179,7 +186,7 @@ fn a_comparison_in_stereo_toggles_in_whole_frames() {
         return;
     }
     let choice = |presentation: u32, _: u32| presentation % 3;
-    // The ground, a picture an eye, the letter.
+    // The layers are the ground, one picture for each eye, and the letter.
     let (_lab, votes) = whole_session(&wide(compare(), 60.0), 4, &choice);
     assert_eq!(votes.votes.len(), 2);
 }
@@ -194,7 +201,7 @@ fn a_mirrored_comparison_is_answered_too() {
     study["conditions"]["cross"]["reference"] = "path-traced".into();
     study["conditions"]["cross"]["eye"] = serde_json::json!(["left", "right"]);
     let choice = |presentation: u32, _: u32| (presentation + 1) % 3;
-    // The ground, the pair, the letter.
+    // The layers are the ground, the pair, and the letter.
     let (_lab, votes) = whole_session(&study, 3, &choice);
     assert_eq!(votes.votes.len(), 4);
 }
@@ -254,7 +261,7 @@ fn a_headset_taken_off_pauses_and_the_trial_comes_again() {
     let choice = |_: u32, _: u32| 2;
     let mut participant = Participant::new(&remote, Tail::of(&journal(&lab)), &choice);
     participant.until(|r| matches!(r, Record::Begin(_)).then_some(()));
-    // Another program comes to the front: the runtime shows that one, as it would its own menu.
+    // The runtime shows another program instead, as it may show its own menu.
     let mut second = Run::start(&service, &other, &[], &[]);
     let show = |client: &str| {
         let output = service.inside(&["monado-ctl", "-p", client]).output().unwrap();
@@ -294,7 +301,7 @@ fn what_is_missing_is_named_in_one_sentence() {
         assert!(words.iter().all(|w| said.contains(w)), "{said}");
         assert!(!lab.sessions().exists());
     };
-    // A loader that knows of no runtime, or no loader at all: whichever this machine has.
+    // This machine has a loader that knows no runtime, or no loader at all.
     let mut here = lab.command(&args);
     here.env("XR_RUNTIME_JSON", "/nowhere/runtime.json").stdin(Stdio::null());
     one_sentence(here.output().unwrap(), &["cyclopean doctor"]);
@@ -308,7 +315,7 @@ fn what_is_missing_is_named_in_one_sentence() {
     let mut command = service.inside(&args);
     command.current_dir(lab.dir.path()).stdin(Stdio::null());
     one_sentence(command.output().unwrap(), &["no OpenXR runtime answers", "cyclopean doctor"]);
-    // A picture wider than the view.
+    // A picture that is wider than the view is refused.
     service.restart();
     let remote = service.remote();
     remote.set(|hands| hands.fov = [-0.4, 0.4, 0.4, -0.4]);
@@ -321,14 +328,14 @@ fn what_is_missing_is_named_in_one_sentence() {
     assert!(said.contains("spans 60°") && said.contains("horizontal_fov_deg"), "{said}");
 }
 
-/// The number before these words in the line on frames that the program ends with.
+/// The number before these words in the line about frames that the program prints at its end.
 fn number_before(said: &str, words: &str) -> f64 {
     let line = said.lines().find(|l| l.starts_with("frames: ")).unwrap_or_else(|| panic!("no line on frames: {said}"));
     let (before, _) = line.split_once(words).unwrap_or_else(|| panic!("{words}: {line}"));
     before.rsplit(' ').next().and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{words}: {line}"))
 }
 
-/// Nearly nine minutes at the null compositor's twenty frames a second: `cargo test --test openxr -- --ignored`.
+/// Takes nearly nine minutes, at the null compositor's 20 frames per second: `cargo test --test openxr -- --ignored`.
 #[test]
 #[ignore = "takes nine minutes"]
 fn ten_thousand_frames_without_a_miss_of_ours() {
@@ -350,19 +357,18 @@ fn ten_thousand_frames_without_a_miss_of_ours() {
     assert_eq!(code, 0, "{said}");
     eprintln!("{}", said.lines().find(|l| l.starts_with("frames: ")).unwrap_or_default());
     assert!(number_before(&said, " given to the runtime") >= 10_000.0, "{said}");
-    // The median alone: on a machine that is busy with other work the scheduler takes the processor away for longer than a
-    // frame now and then, and the largest times and the frames "missed by us" count that, too.
+    // Only the median is checked, as in `whole_session`.
     assert!(number_before(&said, " % of the period (median)") < 20.0, "{said}");
 }
 
-/// Stimuli of known marks: a grey ground, and squares of eight texels in a colour that tells the eye.
+/// Renders stimuli with known marks: squares of eight texels on a grey ground, in a colour that tells the eyes apart.
 struct Marks;
 
 const MARKS_PX: (u32, u32) = (480, 360);
-/// Centres of the squares, texels.
+/// The centres of the squares, in texels.
 const MARKS: [(u32, u32); 5] = [(240, 180), (60, 60), (420, 60), (60, 300), (330, 240)];
 
-/// The frames of a stimulus along a path; each moves the marks down.
+/// The frames of a stimulus along a path. The marks move down with each frame.
 const FILM: Film = Film { rate_hz: 2.0, frames: 7 };
 
 fn marks(frame: u32) -> [(u32, u32); 5] {
@@ -376,7 +382,8 @@ impl StimulusRenderer for Marks {
 
     fn render(&mut self, request: &StimulusRequest, into: &Path) -> anyhow::Result<StimulusInfo> {
         let (width, height) = MARKS_PX;
-        // Left red, right blue; the other method has them darker.
+        // The marks are red in the left eye and blue in the right one. They are brighter for `sssr` than for other
+        // methods.
         let light = if request.method == "sssr" { 250 } else { 150 };
         let film = request.path.as_ref().map(|_| FILM);
         for frame in 0..film.map_or(1, |film| film.frames) {
@@ -398,7 +405,7 @@ impl StimulusRenderer for Marks {
     }
 }
 
-/// A laboratory with marked stimuli.
+/// A laboratory whose stimuli are those of [`Marks`].
 fn marked(study: &serde_json::Value) -> Lab {
     let lab = Lab::new(study);
     std::fs::remove_dir_all(lab.path("store")).unwrap();
@@ -407,18 +414,20 @@ fn marked(study: &serde_json::Value) -> Lab {
     lab
 }
 
-/// Tangents of the half field of Monado's remote headset in its window: 85° across a panel of 65 × 70 mm an eye.
+/// The tangents of half the field of view of Monado's remote headset in its window: 85° across, with a panel of 65 × 70
+/// mm for each eye.
 const WINDOW_TAN: (f64, f64) = (0.916_33, 0.986_82);
-/// Pixels of an eye's half of the window.
+/// The size in pixels of one eye's half of the window.
 const HALF_PX: (f64, f64) = (480.0, 540.0);
 
-/// What the headset says of its eyes is what its window shows.
+/// Lets the headset report the field of view that its window shows.
 fn as_the_window(hands: &mut xr::Hands) {
     let (x, y) = (WINDOW_TAN.0.atan() as f32, WINDOW_TAN.1.atan() as f32);
     hands.fov = [-x, x, y, -y];
 }
 
-/// Where a direction (tangents to the right and down) is seen in an eye's half of the window.
+/// The place in the window, in an eye's half, where a direction is seen. The direction is given by its tangents to the
+/// right and down.
 fn in_window(eye: usize, tan: (f64, f64)) -> (f64, f64) {
     let x = HALF_PX.0 * (0.5 + 0.5 * tan.0 / WINDOW_TAN.0) + eye as f64 * HALF_PX.0;
     (x, HALF_PX.1 * (0.5 + 0.5 * tan.1 / WINDOW_TAN.1))
@@ -435,7 +444,7 @@ fn assert_spots(name: &str, mut expected: Vec<(f64, f64)>, mut seen: Vec<(f64, f
     }
 }
 
-/// Red and blue spots, of any lightness.
+/// Whether a colour is that of a red spot, of any lightness; likewise `blue`.
 fn red(c: [u8; 3]) -> bool {
     c[0] > 90 && c[1] < 50 && c[2] < 50
 }
@@ -444,7 +453,7 @@ fn blue(c: [u8; 3]) -> bool {
     c[2] > 90 && c[0] < 50 && c[1] < 50
 }
 
-/// A study of one presentation that stands for eight seconds, under a compositor that draws, up to the stimulus.
+/// A session that is about to show its stimulus, with a compositor that draws into a window.
 struct Shown {
     tail: Tail,
     run: Run,
@@ -473,7 +482,7 @@ fn show(mut study: serde_json::Value, name: &str) -> Shown {
     let run = Run::start(&service, &lab, &[], &[]);
     let mut tail = Tail::of(&lab.journal("p1", "001"));
     tail.next("the instructions", Duration::from_secs(60), |r| matches!(r, Record::Phase(_)).then_some(()));
-    // The page's button is dark on a grey ground; before the first frame everything is black.
+    // The page has a dark button on a grey ground. Before the first frame everything is black.
     let dark_pixels = |p: &image::RgbImage| {
         let half = HALF_PX.0 as u32;
         let views = image::imageops::crop_imm(p, 0, 0, 2 * half, HALF_PX.1 as u32).to_image();
@@ -504,14 +513,15 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     let choice = |_: u32, _: u32| 2;
     let mut participant = Participant::new(&shown.remote, shown.tail, &choice);
     participant.until(|r| matches!(r, Record::Presentation(_)).then_some(()));
-    // The panel stands when its buttons, lighter than the ground, are there and two pictures in a row are the same.
+    // The panel is complete once its buttons, which are lighter than the ground, are shown and two pictures in a row
+    // are the same.
     let last = std::cell::RefCell::new(seen);
     let buttons = |p: &image::RgbImage| p.pixels().filter(|p| p.0.iter().all(|c| *c > 150)).count() > 1000;
-    let panel = shown.window.until("stereo-panel", "the rating panel, standing still", |now| {
+    let panel = shown.window.until("stereo-panel", "a rating panel that no longer changes", |now| {
         let before = last.replace(now.clone());
         buttons(now) && xr::window::same_view(&before, now)
     });
-    // Whoever looks elsewhere and centres the view has the same picture again.
+    // After the head has turned and moved, centring the view must give the same picture again.
     shown.remote.set(|h| {
         h.head = [0.0, 0.3f32.sin(), 0.0, 0.3f32.cos(), 0.4, 1.5, 0.2];
     });
@@ -522,8 +532,8 @@ fn each_eye_sees_its_own_picture_where_it_belongs() {
     });
 }
 
-/// Where an eye sees the marks of a frame that spans sixty degrees, straight ahead of it: no shift by its place in the
-/// head.
+/// The places in the window where an eye sees the marks of a frame. The frame spans 60° straight ahead of each eye,
+/// without a shift by the eye's place in the head.
 fn marks_in_window(eye: usize, frame: u32) -> Vec<(f64, f64)> {
     let half = 30f64.to_radians().tan();
     let tan = |(x, y): (u32, u32)| ((f64::from(x) / 240.0 - 1.0) * half, (f64::from(y) / 180.0 - 1.0) * half * 0.75);
@@ -577,8 +587,8 @@ fn a_mirrored_pair_is_one_flat_picture_for_both_eyes() {
     let light = |now: &image::RgbImage| now.pixels().filter(|p| blue(p.0)).map(|p| p.0[2]).max();
     let seen = shown.window.until("pair-a", "the marks of one method", |now| light(now).is_some());
     let first = light(&seen).expect("marks");
-    assert!(spots(&seen, red).is_empty(), "the left eye's images are not asked for");
-    // Four fifths of 85° are 68°: the picture of 2 × 480 by 360 texels, at two metres, for eyes 64 mm apart.
+    assert!(spots(&seen, red).is_empty(), "the left eye's image is shown, but the right one's is asked for");
+    // The picture of 2 × 480 by 360 texels spans four fifths of 85°, which is 68°, at two metres from eyes 64 mm apart.
     let half = 34f64.to_radians().tan();
     let mut expected = Vec::new();
     for eye in 0..2 {
@@ -591,14 +601,14 @@ fn a_mirrored_pair_is_one_flat_picture_for_both_eyes() {
         }
     }
     assert_spots("pair", expected, spots(&seen, blue));
-    // The marks of the two methods are of different lightness.
+    // The marks of the two methods differ in their lightness.
     shown.window.until("pair-b", "the marks of the other method", |now| {
         light(now).is_some_and(|second| second.abs_diff(first) > 50)
     });
     drop(shown.lab);
 }
 
-/// Both halves of the compositor's window.
+/// The two halves of the compositor's window, one for each eye.
 fn halves(picture: &image::RgbImage) -> [image::RgbImage; 2] {
     let half = |eye: u32| image::imageops::crop_imm(picture, eye * 480, 0, 480, 540).to_image();
     [half(0), half(1)]
@@ -616,7 +626,7 @@ fn a_scene_is_looked_at_live_and_left_with_the_b_button() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["live", "pica", "--display", "openxr", "--size", "160x180"];
     let mut run = Run::program(&service, folder.path(), &args, &[]);
-    // Something with colours in it stands in both halves.
+    // Both halves of the window must show something with different colours.
     let is_drawn = |half: &image::RgbImage| {
         let first = half.get_pixel(240, 270).0;
         half.pixels().filter(|p| p.0.iter().zip(first).any(|(a, b)| a.abs_diff(b) > 20)).count() > 10_000
@@ -627,7 +637,7 @@ fn a_scene_is_looked_at_live_and_left_with_the_b_button() {
     });
     ahead.save(xr::window::kept("live-ahead")).unwrap();
     let [left, right] = halves(&ahead);
-    assert!(left != right, "each eye has its own view");
+    assert!(left != right, "both eyes have the same view");
     remote.set(|h| h.head = [0.0, 0.12f32.sin(), 0.0, 0.12f32.cos(), 0.0, 1.6, 0.0]);
     window.until("live-turned-left", "a picture that follows the head", |turned| {
         ahead.pixels().zip(turned.pixels()).filter(|(a, b)| a != b).count() > 50_000

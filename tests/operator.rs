@@ -1,4 +1,6 @@
-//! The operator's window beside a display that keeps real time: it mirrors, and its keys work.
+//! Tests the operator's window beside a display in real time: it must mirror the session, and its keys must work. Needs
+//! a Vulkan device, Xvfb, xdotool and ImageMagick; the test is skipped, with a message, where one of the programs is
+//! missing.
 #![cfg(feature = "gpu")]
 
 mod desk;
@@ -19,7 +21,7 @@ use cyclopean_analysis::journal::record::{Kind, Record};
 use desk::{Desk, EyePainter, entries, until};
 use lab::{Lab, rate};
 
-/// A headless display that takes the time it says it takes.
+/// A headless display whose frames take real time.
 struct Slow(Headless);
 
 impl Display for Slow {
@@ -44,7 +46,7 @@ impl Display for Slow {
     }
 }
 
-/// Turns pages, and rates nothing by itself.
+/// An observer who turns pages but never rates.
 struct Patient;
 
 impl Observer for Patient {
@@ -63,7 +65,7 @@ fn study() -> serde_json::Value {
     study
 }
 
-/// Run by the test below, with the desk's DISPLAY.
+/// The session of the test below, which runs it as a program of its own with the desk's DISPLAY.
 #[test]
 #[ignore = "part of the test below"]
 fn the_session() {
@@ -107,17 +109,17 @@ fn the_operator_sees_the_session_pauses_repeats_skips_and_notes() {
     desk.key("r");
     until("it is repeated", || count(&|r| matches!(r, Record::Interrupted(i) if i.reason == "repeat")) == 1);
     desk.key("p");
-    until("it stands still", || count(&|r| matches!(r, Record::Pause(p) if p.reason == "operator")) == 1);
+    until("the session is paused", || count(&|r| matches!(r, Record::Pause(p) if p.reason == "operator")) == 1);
     desk.picture("paused");
     desk.key("c");
-    until("it goes on", || count(&|r| matches!(r, Record::Continue(_))) == 1);
+    until("the session goes on", || count(&|r| matches!(r, Record::Continue(_))) == 1);
     desk.key("s");
-    until("it is passed over", || count(&|r| matches!(r, Record::Skip(_))) == 1);
+    until("the presentation is skipped", || count(&|r| matches!(r, Record::Skip(_))) == 1);
     desk.key("q");
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     assert!(!said.contains("vulkan validation"), "{said}");
     let pauses = count(&|r| matches!(r, Record::Pause(_)));
-    assert_eq!(pauses, 1, "what was typed into the note was no command");
+    assert_eq!(pauses, 1, "a key that was typed into the note was taken as a command");
 }

@@ -1,4 +1,5 @@
-//! Every page as a participant sees it: drawn at 20 pixels a degree and at a desk, judged and kept as pictures.
+//! Tests the pages and panels that a participant sees, drawn for a headset and for a desktop: they must fit, be large
+//! enough and have the right buttons. The pictures are kept so that people can look at them. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod lab;
@@ -15,7 +16,7 @@ use cyclopean::study::protocol::{Input, Page, Screen, Setup};
 use cyclopean::study::{Plan, validate};
 use cyclopean_analysis::journal::record::{Kind, Shown, Trust};
 
-/// Where the pictures are left to be looked at.
+/// The folder in which the pictures are kept.
 fn gallery() -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("panel");
     std::fs::create_dir_all(&folder).unwrap();
@@ -41,7 +42,7 @@ fn try_load(name: &str, language: &str, kind: Kind) -> Result<Content, LanguageE
 
 struct Picture {
     drawn: Drawn,
-    /// Left, right.
+    /// The left and the right eye's picture.
     eyes: [image::RgbaImage; 2],
 }
 
@@ -65,7 +66,7 @@ fn panel(chosen: Option<u32>, reminder: bool) -> Screen {
     Screen::Panel { presentation: 5, attempt: 0, chosen, reminder }
 }
 
-/// Everything that is shown in a session, with a name for its picture.
+/// Every kind of screen in a session, with a name for its picture.
 fn views(content: &Content) -> Vec<(String, View)> {
     let mut all: Vec<(String, View)> =
         Page::ALL.iter().map(|&p| (p.phase().to_owned(), View::of(&Screen::Page(p)))).collect();
@@ -95,14 +96,14 @@ fn every_page_in_every_language_fits_and_is_written_large() {
     let cases = recommended.map(|(l, k)| ("recommended", l, k)).into_iter().chain([("quality", "en", Kind::Real)]);
     for (study, language, kind) in cases {
         let content = match try_load(study, language, kind) {
-            // Chinese needs a font that this machine may lack.
+            // This machine may lack a font for Chinese.
             Err(error @ LanguageError::Font { .. }) => {
                 eprintln!("SKIPPED: {error}");
                 continue;
             }
             other => other.unwrap(),
         };
-        // A headset of 20 px/degree with a panel 50° wide, and a desk of 40.
+        // A headset with 20 pixels per degree, on which the panel is 50° wide, and a desktop with 40.
         for (px_per_degree, size, keys) in [(20.0, (1000, 720), false), (40.0, (1280, 720), true)] {
             let mut panel = Panel::new(&gpu, px_per_degree, content.font.as_deref(), keys).unwrap();
             for (name, view) in views(&content) {
@@ -110,11 +111,15 @@ fn every_page_in_every_language_fits_and_is_written_large() {
                 let file = format!("{study}-{language}-{px_per_degree}-{name}.png");
                 picture.eyes[0].save(gallery().join(&file)).unwrap();
                 let drawn = &picture.drawn;
-                assert!(drawn.scale * em_px(px_per_degree) >= 20.0, "{file}: {} of the size", drawn.scale);
+                assert!(
+                    drawn.scale * em_px(px_per_degree) >= 20.0,
+                    "{file}: the text is too small, at {} of its size",
+                    drawn.scale
+                );
                 for target in &drawn.targets {
                     let [left, top, right, bottom] = target.rect;
                     assert!(left >= 0.0 && top >= 0.0 && right <= size.0 as f32 && bottom <= size.1 as f32, "{file}");
-                    // A pointing hand trembles by about half a degree.
+                    // A pointing hand trembles by about half a degree, so that buttons must be larger than two degrees.
                     assert!(right - left > 40.0 && bottom - top > 40.0, "{file}: {target:?}");
                 }
                 assert_eq!(drawn.is_stereo, picture.eyes[0] != picture.eyes[1], "{file}");
@@ -139,7 +144,7 @@ fn what_is_pointed_at_is_what_is_meant() {
         picture.drawn.targets.into_iter().map(|t| t.input).collect::<Vec<_>>()
     };
     let choices: Vec<Input> = (0..5).map(Input::Choose).collect();
-    // Nothing to confirm before there is a choice.
+    // The button that confirms appears only after a choice.
     assert_eq!(inputs(&panel(None, false)), choices);
     assert_eq!(inputs(&panel(Some(0), false)), [choices.clone(), vec![Input::Confirm]].concat());
     assert_eq!(inputs(&Screen::Page(Page::Consent)), [Input::Continue, Input::Decline]);
@@ -159,7 +164,7 @@ fn the_ground_is_the_blank_grey_and_a_stereogram_keeps_its_dots() {
     for picture in [&blank, &page] {
         assert_eq!(picture.eyes[0].get_pixel(5, 5).0, [128, 128, 128, 255]);
     }
-    assert!(blank.eyes[0].get_pixel(320, 240).0[0] < 30, "the cross");
+    assert!(blank.eyes[0].get_pixel(320, 240).0[0] < 30, "there is no cross in the middle");
 
     let dots = &content.dots[0];
     let picture = draw(&gpu, &mut drawer, &content, &View::of(&Screen::Dots(0)), (1000, 720));
@@ -179,7 +184,7 @@ fn the_ground_is_the_blank_grey_and_a_stereogram_keeps_its_dots() {
         }
     }
 
-    // Over a stimulus all is transparent but the letter.
+    // Over a stimulus everything except the letter is transparent.
     let stimulus =
         Screen::Stimulus { presentation: 5, attempt: 0, show: Shown::A, stimulus: 0, reference: None, frame: 0 };
     let view = View { label_at: Some([320.0, 400.0]), ..View::of(&stimulus) };

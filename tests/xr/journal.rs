@@ -1,4 +1,4 @@
-//! A journal as it grows.
+//! Reads a journal while a session writes it.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -8,7 +8,7 @@ use cyclopean_analysis::journal::record::Record;
 
 use super::wait_for;
 
-/// Reads along.
+/// A reader of a growing journal.
 pub struct Tail {
     path: PathBuf,
     seen: usize,
@@ -19,7 +19,7 @@ impl Tail {
         Tail { path: path.to_owned(), seen: 0 }
     }
 
-    /// Every whole line so far.
+    /// The entries of all complete lines so far.
     pub fn all(&self) -> Vec<Entry> {
         let text = std::fs::read_to_string(&self.path).unwrap_or_default();
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
@@ -31,7 +31,7 @@ impl Tail {
         cyclopean_analysis::journal::read(copy.path()).unwrap().map(|e| e.unwrap()).collect()
     }
 
-    /// The next record that `wanted` takes, after the last one that was given.
+    /// Waits for the next record that `wanted` accepts, after the last one that was returned.
     pub fn next<T>(&mut self, what: &str, within: Duration, mut wanted: impl FnMut(&Record) -> Option<T>) -> T {
         wait_for(what, within, || {
             let all = self.all();
@@ -43,7 +43,7 @@ impl Tail {
         })
     }
 
-    /// Everything that was not given yet.
+    /// All records that were not returned yet.
     pub fn rest(&mut self) -> Vec<Record> {
         let all = self.all();
         let rest = all.into_iter().skip(self.seen).map(|e| e.record).collect::<Vec<_>>();

@@ -1,9 +1,9 @@
-//! A real OpenXR runtime (Monado) in a root of its own, with a scripted head and scripted hands.
+//! A real OpenXR runtime (Monado) in a root folder of its own, with a scripted head and scripted hands.
 //!
-//! `tests/xr/root` builds the root, `tests/xr/inside` runs a command in it. Monado's "remote" driver takes head and
-//! controllers (Valve Index ones) from a TCP connection.
+//! `tests/xr/root` builds the root, and `tests/xr/inside` runs a command in it. Monado's "remote" driver receives the
+//! poses of the head and the state of the controllers (Valve Index) over a TCP connection.
 
-#![allow(dead_code)] // Each test program uses its part.
+#![allow(dead_code)] // Each test program uses a part of this module.
 
 pub mod journal;
 pub mod participant;
@@ -17,12 +17,12 @@ use std::time::{Duration, Instant};
 
 pub use remote::{Hands, Remote};
 
-/// Where the repository is.
+/// The repository's folder.
 pub fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Is there a root to run in? Says on standard error why not; where skipping is forbidden, that is a failure.
+/// Whether there is a root to run in. If not, prints why, or panics if `CYCLOPEAN_REQUIRE_XR` forbids to skip the test.
 pub fn is_there() -> bool {
     let output = Command::new(repository().join("tests/xr/root")).arg("--check").output().expect("tests/xr/root runs");
     if output.status.success() {
@@ -37,9 +37,9 @@ pub fn is_there() -> bool {
 /// What the compositor does with frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Compositor {
-    /// Nothing: states and pacing only.
+    /// It shows nothing, but keeps the session's states and the pace of frames.
     Null,
-    /// Both eyes in a window of this X display.
+    /// It shows both eyes in a window on this X display.
     Window(u32),
 }
 
@@ -51,7 +51,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Starts it and waits until it listens.
+    /// Starts the service and waits until it listens.
     pub fn start(compositor: Compositor) -> Service {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let run = folder.path().join("run");
@@ -69,7 +69,7 @@ impl Service {
         service
     }
 
-    /// A fresh service in the place of the old one, which is killed.
+    /// Kills the service and starts a fresh one in its place.
     pub fn restart(&mut self) {
         self.kill();
         let socket = self.folder.path().join("run/monado_comp_ipc");
@@ -83,13 +83,13 @@ impl Service {
             }
         };
         command.env("XRT_LOG", "info").env("CYCLOPEAN_XR_NET", "own");
-        // It ends when its standard input does.
+        // The service ends when its standard input ends.
         command.stdin(Stdio::piped()).stdout(log.try_clone().unwrap()).stderr(log);
         self.child = Some(command.spawn().expect("the service starts"));
         wait_for("the service", Duration::from_secs(20), || socket.exists().then_some(()));
     }
 
-    /// As a crash would.
+    /// Ends the service as a crash would.
     pub fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
             let _ = child.kill();
@@ -101,12 +101,12 @@ impl Service {
         self.folder.path().join("service.log")
     }
 
-    /// Head and hands.
+    /// A connection that controls the head and the hands.
     pub fn remote(&self) -> Remote {
         Remote::connect(self.child.as_ref().expect("a running service").id())
     }
 
-    /// A command in the root that finds this runtime.
+    /// A command that runs in the root and finds this runtime.
     pub fn inside(&self, args: &[&str]) -> Command {
         let mut command = Command::new(repository().join("tests/xr/inside"));
         let binary = Path::new(env!("CARGO_BIN_EXE_cyclopean")).parent().expect("a folder");
@@ -127,19 +127,19 @@ impl Drop for Service {
     fn drop(&mut self) {
         self.kill();
         if std::thread::panicking() {
-            eprintln!("--- the service said:\n{}", std::fs::read_to_string(self.log()).unwrap_or_default());
+            eprintln!("--- the service printed:\n{}", std::fs::read_to_string(self.log()).unwrap_or_default());
         }
     }
 }
 
-/// Asks until there is an answer.
+/// Asks until there is an answer, and panics with `what` if there is none in time.
 pub fn wait_for<T>(what: &str, within: Duration, mut ask: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
         if let Some(answer) = ask() {
             return answer;
         }
-        assert!(begun.elapsed() < within, "{what}: not within {within:?}");
+        assert!(begun.elapsed() < within, "this did not happen within {within:?}: {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -1,4 +1,5 @@
-//! A participant who follows the journal: turns pages, answers items, moves the stick to a choice and pulls the trigger.
+//! A simulated participant who follows the journal, turns pages, answers items and rates, with the stick and the
+//! trigger of a controller.
 
 use std::time::{Duration, Instant};
 
@@ -7,19 +8,19 @@ use cyclopean_analysis::journal::record::{Outcome, Record};
 use super::Remote;
 use super::journal::Tail;
 
-/// What somebody does in a session.
+/// A participant of one session.
 pub struct Participant<'a> {
     pub remote: &'a Remote,
     pub tail: Tail,
-    /// The choice for presentation, attempt.
+    /// The choice for a presentation and an attempt.
     pub choice: &'a dyn Fn(u32, u32) -> u32,
-    /// How long the journal may stand still.
+    /// The longest time that the journal may stay unchanged.
     pub patience: Duration,
-    /// Confirmed: (presentation, attempt, choice).
+    /// The presentation, the attempt and the choice of each confirmed answer.
     pub answered: Vec<(u32, u32, u32)>,
 }
 
-/// Nothing takes longer.
+/// The longest time to wait for the effect of the stick, the trigger or a page.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 impl<'a> Participant<'a> {
@@ -27,12 +28,12 @@ impl<'a> Participant<'a> {
         Participant { remote, tail, choice, patience: PATIENCE, answered: Vec::new() }
     }
 
-    /// Until the session ends.
+    /// Takes part until the session ends.
     pub fn take_part(&mut self) -> Outcome {
         self.until(|record| if let Record::End(end) = record { Some(end.outcome) } else { None })
     }
 
-    /// Until a record comes that `stop` takes.
+    /// Takes part until there is a record that `stop` accepts.
     pub fn until<T>(&mut self, stop: impl Fn(&Record) -> Option<T>) -> T {
         loop {
             let record = self.tail.next("something in the journal", self.patience, |r| Some(r.clone()));
@@ -55,12 +56,13 @@ impl<'a> Participant<'a> {
         }
     }
 
-    /// Pulls the trigger, after a push of the stick where something must be lit first, until the journal goes on.
+    /// Pulls the trigger until the journal grows. Before each pull the stick is pushed where a choice must be
+    /// highlighted first.
     pub fn press_until_written(&mut self, stick: Option<i32>) {
         let before = self.tail.all().len();
         let begun = Instant::now();
         while self.tail.all().len() == before {
-            assert!(begun.elapsed() < PATIENCE, "the trigger does nothing");
+            assert!(begun.elapsed() < PATIENCE, "the trigger has no effect");
             if let Some(by) = stick {
                 self.remote.stick(by);
             }
@@ -73,7 +75,7 @@ impl<'a> Participant<'a> {
         let mut at = None;
         let begun = Instant::now();
         while at != Some(wanted) {
-            assert!(begun.elapsed() < PATIENCE, "the stick does nothing");
+            assert!(begun.elapsed() < PATIENCE, "the stick has no effect");
             self.remote.stick(if at.is_some_and(|at| at > wanted) { -1 } else { 1 });
             for record in self.tail.rest() {
                 if let Record::Change(change) = record {

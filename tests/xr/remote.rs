@@ -1,4 +1,4 @@
-//! Head and hands for Monado's remote driver: 376 bytes, fifty times a second.
+//! Sends the head and the hands to Monado's remote driver, as a packet of 376 bytes fifty times a second.
 
 use std::io::Write as _;
 use std::process::{Child, Command, Stdio};
@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Quaternion x, y, z, w and position x, y, z.
+/// A quaternion (x, y, z, w) and a position (x, y, z).
 pub type Pose = [f32; 7];
 
 pub const UPRIGHT: Pose = [0.0, 0.0, 0.0, 1.0, 0.0, 1.6, 0.0];
 
-/// One hand.
+/// The state of one hand's controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hand {
     pub pose: Pose,
@@ -22,19 +22,19 @@ pub struct Hand {
     pub stick_click: bool,
 }
 
-/// Everything that is sent.
+/// Everything that a packet holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hands {
     pub head: Pose,
     pub ipd_m: f32,
-    /// Left, right, up, down, radians, of the left eye; the right eye's is its mirror image.
+    /// The left eye's angles to the left, right, up and down, in radians. The right eye's are their mirror image.
     pub fov: [f32; 4],
     pub hands: [Hand; 2],
 }
 
 impl Default for Hands {
     fn default() -> Hands {
-        // Hands that hang down point at nothing.
+        // The hands hang down, so that they point at nothing.
         let down = [-0.707_106_77, 0.0, 0.0, 0.707_106_77];
         let hand = |x: f32| Hand {
             pose: [down[0], down[1], down[2], down[3], x, 1.0, -0.2],
@@ -62,14 +62,14 @@ impl Hands {
         for hand in &self.hands {
             let mut put = |values: &[f32]| values.iter().for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
             put(&hand.pose);
-            // Velocities, then fingers.
+            // The velocities, and then the fingers.
             put(&[0.0; 6]);
             put(&[0.0; 5]);
             put(&[f32::from(u8::from(hand.trigger)), 0.0, 0.0]);
             put(&hand.stick);
             put(&[0.0; 3]);
             let bit = u8::from;
-            // Hand tracking, active, system ×2, A ×2, B ×2, trigger ×2, stick ×2, pad, unused.
+            // One byte each: hand tracking, active, system (2), A (2), B (2), trigger (2), stick (2), pad, unused.
             out.extend_from_slice(&[0, 1, 0, 0, 0, 0, bit(hand.b), 0, bit(hand.trigger), 0]);
             out.extend_from_slice(&[bit(hand.stick_click), 0, 0, 0, 0, 0]);
         }
@@ -78,10 +78,10 @@ impl Hands {
     }
 }
 
-/// A connection that keeps sending what was set last.
+/// A connection that keeps sending the state that was set last.
 pub struct Remote {
     state: Arc<Mutex<Hands>>,
-    /// Packets sent so far.
+    /// The number of packets sent so far.
     sent: Arc<AtomicU64>,
     done: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -89,13 +89,13 @@ pub struct Remote {
 }
 
 impl Remote {
-    /// `service`: the process in whose network the driver listens.
+    /// Connects to the driver, which listens in the network namespace of the process `service`.
     pub fn connect(service: u32) -> Remote {
         let state = Arc::new(Mutex::new(Hands::default()));
         let done = Arc::new(AtomicBool::new(false));
         let sent = Arc::new(AtomicU64::new(0));
         let (current, over, count) = (Arc::clone(&state), Arc::clone(&done), Arc::clone(&sent));
-        // Only a process can enter another's network; what we write goes on to the driver.
+        // The relay is a process of its own in that network namespace. It sends its standard input to the driver.
         let relay = "until exec 3<>/dev/tcp/127.0.0.1/4242; do sleep 0.1; done 2>/dev/null; exec cat >&3";
         let mut command = Command::new("nsenter");
         command.arg(format!("--net=/proc/{service}/ns/net")).args(["bash", "-c", relay]);
@@ -114,21 +114,21 @@ impl Remote {
         Remote { state, sent, done, thread: Some(std::thread::spawn(send)), relay }
     }
 
-    /// From now on.
+    /// Changes the state that is sent from now on.
     pub fn set(&self, change: impl FnOnce(&mut Hands)) {
         change(&mut self.state.lock().unwrap());
     }
 
-    /// Waits until what was set last has gone out in `packets` packets.
+    /// Waits until `packets` packets with the state that was set last have been sent.
     pub fn sent(&self, packets: u64) {
-        // The packet that is being written may still hold the state before.
+        // The packet that is being written may still hold the state from before.
         let wanted = self.sent.load(Ordering::Relaxed) + packets + 1;
         super::wait_for("packets to the headset", Duration::from_secs(60), || {
             (self.sent.load(Ordering::Relaxed) >= wanted).then_some(())
         });
     }
 
-    /// For a tenth of a second, then as before: long enough for several packets and frames.
+    /// Changes the state for about a tenth of a second, which is long enough for several packets and frames.
     pub fn tap(&self, change: impl FnOnce(&mut Hands)) {
         let before = *self.state.lock().unwrap();
         self.set(change);
@@ -137,12 +137,12 @@ impl Remote {
         std::thread::sleep(Duration::from_millis(120));
     }
 
-    /// The right hand's trigger.
+    /// Pulls the right hand's trigger.
     pub fn trigger(&self) {
         self.tap(|h| h.hands[1].trigger = true);
     }
 
-    /// The right hand's stick: +1 to the right.
+    /// Pushes the right hand's stick; +1 is to the right.
     pub fn stick(&self, by: i32) {
         self.tap(|h| h.hands[1].stick = [by as f32, 0.0]);
     }

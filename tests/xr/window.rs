@@ -1,4 +1,4 @@
-//! An X display in memory, and pictures of it.
+//! An X display without a monitor for the compositor's window, and pictures of it.
 
 use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use image::RgbImage;
 
-/// Xvfb in the root; its frame buffer is a file. Killed when dropped.
+/// An X server (Xvfb) in the root, whose frame buffer is a file. It is killed when this is dropped.
 pub struct Window {
     folder: tempfile::TempDir,
     child: Child,
-    /// Of `DISPLAY`.
+    /// The display's number in `DISPLAY`.
     pub number: u32,
 }
 
@@ -27,13 +27,13 @@ impl Window {
         Window { folder, child, number: line.trim().parse().expect("a number") }
     }
 
-    /// What stands in it now.
+    /// A picture of what the display shows now.
     pub fn picture(&self) -> RgbImage {
         let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the frame buffer");
         read_xwd(&bytes)
     }
 
-    /// The same, kept for people to look at.
+    /// The same. The picture is also saved so that people can look at it.
     pub fn keep(&self, name: &str) -> RgbImage {
         let picture = self.picture();
         let path = kept(name);
@@ -41,10 +41,10 @@ impl Window {
         picture
     }
 
-    /// Waits until the window shows what `wanted` accepts, kept for people to look at.
+    /// Waits until the display shows a picture that `wanted` accepts, saves it and returns it.
     ///
     /// # Panics
-    /// After half a minute, with `what` was waited for; the last picture is kept.
+    /// After half a minute, with `what` in the message. The last picture is saved.
     pub fn until(&self, name: &str, what: &str, wanted: impl Fn(&RgbImage) -> bool) -> RgbImage {
         let limit = Instant::now() + Duration::from_secs(30);
         loop {
@@ -62,16 +62,16 @@ impl Window {
     }
 }
 
-/// Whether two pictures of the window show the same. Both are computed anew by a driver that compiles for the processor
-/// it finds, from poses that agree to rounding: a texel on the edge of a glyph may round to its neighbour's value. At
-/// most one pixel in a thousand may differ, and none by more than 3 of 255; a shift by half a pixel fails both.
+/// Whether two pictures of the window show the same view. Their poses agree only up to rounding, and the software
+/// driver's code depends on the processor, so that a texel on the edge of a glyph may round differently. At most one
+/// value in a thousand may differ, and none by more than 3 of 255. A shift by half a pixel violates both conditions.
 pub fn same_view(a: &RgbImage, b: &RgbImage) -> bool {
     let differences = || a.as_raw().iter().zip(b.as_raw()).map(|(x, y)| x.abs_diff(*y));
     let differing = differences().filter(|d| *d > 0).count();
     a.dimensions() == b.dimensions() && differing * 1000 <= a.as_raw().len() && differences().all(|d| d <= 3)
 }
 
-/// Where a picture of this name is kept.
+/// The path of the saved picture with this name.
 pub fn kept(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("openxr");
     std::fs::create_dir_all(&folder).expect("the folder of kept pictures");
@@ -85,12 +85,17 @@ impl Drop for Window {
     }
 }
 
-/// X window dump, version 7: a header of big-endian words, a colour table of 12 bytes an entry, then rows.
+/// Reads an X window dump of version 7. It has a header of big-endian words, a colour table with 12 bytes for each
+/// entry, and then the rows of pixels.
 fn read_xwd(bytes: &[u8]) -> RgbImage {
     let word = |i: usize| u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap()) as usize;
     let (header, width, height, is_big, bits, row, colors) =
         (word(0), word(4), word(5), word(7), word(11), word(12), word(19));
-    assert_eq!((word(1), bits), (7, 32), "an X window dump of 32 bits a pixel");
+    assert_eq!(
+        (word(1), bits),
+        (7, 32),
+        "the frame buffer is not an X window dump of version 7 with 32 bits per pixel"
+    );
     let data = &bytes[header + 12 * colors..];
     RgbImage::from_fn(width as u32, height as u32, |x, y| {
         let at = y as usize * row + 4 * x as usize;
@@ -99,7 +104,7 @@ fn read_xwd(bytes: &[u8]) -> RgbImage {
     })
 }
 
-/// Centres of the spots whose colour `is_spot` takes, in reading order of columns: x, then y; pixels.
+/// The centres, in pixels, of the spots whose colour `is_spot` accepts, sorted by x and then by y.
 pub fn spots(picture: &RgbImage, is_spot: impl Fn([u8; 3]) -> bool) -> Vec<(f64, f64)> {
     let mut groups: Vec<Vec<(f64, f64)>> = Vec::new();
     for (x, y, p) in picture.enumerate_pixels() {

@@ -1,16 +1,16 @@
-//! What the runtime was given, as two API layers between it and us saw it.
+//! The OpenXR calls that reached the runtime, as two API layers between it and the program recorded them.
 
 use std::path::{Path, PathBuf};
 
-/// Khronos' core validation and LunarG's API dump, writing into a folder.
+/// The layers core validation and API dump, which write into a folder.
 pub struct Witness {
     folder: PathBuf,
 }
 
-/// One `xrEndFrame`.
+/// One call of `xrEndFrame`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ended {
-    /// `XrTime`
+    /// The frame's display time, an `XrTime`.
     pub display_ns: i64,
     pub layers: usize,
 }
@@ -20,7 +20,7 @@ impl Witness {
         Witness { folder: folder.to_owned() }
     }
 
-    /// What the loader must be told.
+    /// The environment variables that make the loader use the layers.
     pub fn environment(&self) -> Vec<(&'static str, String)> {
         let file = |name: &str| self.folder.join(name).display().to_string();
         vec![
@@ -32,14 +32,14 @@ impl Witness {
         ]
     }
 
-    /// Everything the validation layer found wrong.
+    /// The errors and warnings of the validation layer.
     pub fn complaints(&self) -> Vec<String> {
         let text = std::fs::read_to_string(self.folder.join("validation.txt")).expect("the validation layer ran");
         assert!(text.contains("Core Validation Layer is initialized"), "{text}");
         text.lines().filter(|l| l.contains("VALID_") && !l.contains("VALID_DEBUG")).map(str::to_owned).collect()
     }
 
-    /// Every frame that was ended, in order.
+    /// Every frame that the program ended, in order.
     pub fn frames(&self) -> Vec<Ended> {
         let text = std::fs::read_to_string(self.folder.join("calls.txt")).expect("the dump layer ran");
         let (mut out, mut display_ns) = (Vec::new(), None);
@@ -55,7 +55,8 @@ impl Witness {
         out
     }
 
-    /// Runs of frames with so many layers: number of frames, first and last time.
+    /// The runs of successive frames with this number of layers. Each has its number of frames, its first and its last
+    /// time.
     pub fn runs(&self, layers: usize) -> Vec<(u64, i64, i64)> {
         let frames = self.frames();
         let runs = frames.chunk_by(|a, b| a.layers == b.layers).filter(|run| run[0].layers == layers);
