@@ -1,5 +1,6 @@
-//! `cyclopean paper` with the real program at the smallest size: a page without gaps, killed at random and gone on with,
-//! and nothing made twice.
+//! Tests `cyclopean paper` by running the program at a small size. The page must have no gaps. A run that is killed at
+//! random moments must continue where it stopped, make nothing twice and end with the page of an undisturbed run, which
+//! is the oracle. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod program;
@@ -33,7 +34,8 @@ const SMALL: [&str; 17] = [
     "--json",
 ];
 
-/// The program as users run it: that every pass is valid is the matter of the tests of comparisons and stimuli.
+/// The program as users run it, without Vulkan validation. The tests of comparisons and stimuli check every pass with
+/// it.
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = program::command(folder, arguments);
     command.env_remove("CYCLOPEAN_VALIDATION");
@@ -52,7 +54,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&bytes(path)).expect("JSON")
 }
 
-/// Every finished file below a folder by its name there, with the time at which it was written.
+/// Every finished file below a folder, by its path there, with the time at which it was written.
 fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
     let mut out = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -60,7 +62,8 @@ fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
         for entry in std::fs::read_dir(&next).into_iter().flatten() {
             let path = entry.expect("an entry").path();
             let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            // What is on its way has a name with a point; definitions and the list of pieces are written anew.
+            // Names of unfinished files begin with a point. Definitions and the list of pieces are written again in
+            // every run.
             if name.starts_with('.') || ["finished.json", "studies", "requests"].contains(&name.as_str()) {
                 continue;
             }
@@ -75,9 +78,9 @@ fn finished(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
     out
 }
 
-/// What rendering leaves: results, sheets, stimuli, sessions and references, and when each was made. A result says by itself
-/// when it was measured, because its file is written once more when its sheets have been drawn. Of a sheet the bytes count: a
-/// kill between the two files has it drawn again.
+/// The files that rendering leaves (results, sheets, stimuli, sessions and references), each with the time when it was
+/// made. A result's time is the one that it contains, because its file is written again after its sheets are drawn. A
+/// sheet has its check sum instead of a time, because it is drawn again after a kill between the two files.
 fn rendered(folder: &Path) -> BTreeMap<PathBuf, String> {
     let work = folder.join("p/work");
     let when = |(name, time): (PathBuf, SystemTime)| {
@@ -97,7 +100,7 @@ fn rendered(folder: &Path) -> BTreeMap<PathBuf, String> {
     all
 }
 
-/// The report without times, which never repeat: tables and columns of milliseconds.
+/// The report without tables and columns of times, which differ from run to run.
 fn without_times(folder: &Path) -> Value {
     let mut paper = json(&folder.join("p/paper.json"));
     for item in paper["items"].as_array_mut().expect("items") {
@@ -117,12 +120,12 @@ fn without_times(folder: &Path) -> Value {
             }
         }
     }
-    // Journals name their sessions, and when they were.
+    // The journals' names and times differ as well.
     paper["studies"] = paper["studies"]["studies"].take();
     paper
 }
 
-/// Numbers between 0 and 1 that follow from a seed, which a failure names.
+/// Random numbers between 0 and 1 from a seed. A failure prints the seed.
 struct Dice(u64);
 
 impl Dice {
@@ -150,11 +153,11 @@ fn a_page_that_was_killed_at_random_is_that_of_an_undisturbed_run_and_nothing_is
     let (before, page) = (rendered(alone.path()), bytes(&alone.path().join("p/paper.html")));
     let again = cyclopean(alone.path(), &SMALL);
     assert!(again.status.success(), "{}", stderr(&again));
-    assert!(bytes(&alone.path().join("p/paper.html")) == page, "another page of the same folder");
+    assert!(bytes(&alone.path().join("p/paper.html")) == page, "running again in the finished folder changed the page");
     assert_eq!(rendered(alone.path()), before);
     assert_eq!(stderr(&again).matches("taken from what is kept").count() as u64, pieces, "{}", stderr(&again));
 
-    // Sessions that are given are analysed as the same ones were, and what is left out says so.
+    // The same sessions, given with --sessions, have the same analysis. Items that are left out say why.
     let sessions = std::fs::read_dir(alone.path().join("p/work/sessions")).expect("sessions").flatten();
     let sessions: Vec<String> = sessions.map(|e| e.path().display().to_string()).collect();
     let mut given = vec!["paper", "--scenes", "room", "--parts", "sessions", "--quick", "-o", "given", "--sessions"];
@@ -172,7 +175,7 @@ fn a_page_that_was_killed_at_random_is_that_of_an_undisturbed_run_and_nothing_is
         let before = rendered(killed.path());
         let mut child = command(killed.path(), &SMALL);
         let mut child = child.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
-        // After so many new pieces, and a moment that lies anywhere in the next ones.
+        // The program is killed at a random moment after this many new pieces.
         let after = (dice.roll() * 4.0) as usize;
         let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
         let mut made = 0;
@@ -196,15 +199,18 @@ fn a_page_that_was_killed_at_random_is_that_of_an_undisturbed_run_and_nothing_is
     for (name, time) in before {
         assert_eq!(now.get(&name), Some(&time), "seed {seed}: {} was made again", name.display());
     }
-    assert!(without_times(killed.path()) == without_times(alone.path()), "seed {seed}: another page");
+    assert!(
+        without_times(killed.path()) == without_times(alone.path()),
+        "seed {seed}: the page differs from that of the undisturbed run"
+    );
     for sheet in ["table2", "figure10", "figure11", "figure12", "figure13", "figure14"] {
         let [a, b] = [&killed, &alone].map(|f| bytes(&f.path().join(format!("p/{sheet}/room_steps.png"))));
-        assert!(a == b, "seed {seed}: another sheet of {sheet}");
+        assert!(a == b, "seed {seed}: the sheet of {sheet} differs from that of the undisturbed run");
     }
     let leftover = std::fs::read_dir(killed.path().join("p/work/kept")).expect("kept").flatten();
     assert!(
         leftover.map(|e| e.file_name()).all(|n| !n.to_string_lossy().starts_with('.')),
-        "seed {seed}: half a file is left"
+        "seed {seed}: an unfinished file is left"
     );
 }
 
@@ -212,7 +218,7 @@ fn item<'a>(paper: &'a Value, id: &str) -> &'a Value {
     paper["items"].as_array().expect("items").iter().find(|item| item["id"] == id).expect("the item")
 }
 
-/// Every item of the page is there, every cell says something, and the sessions are stamped.
+/// Checks that every item of the page is there, that no cell is empty, and that the sessions have their stamp.
 fn assert_page(folder: &Path) {
     let paper = json(&folder.join("paper.json"));
     let ids: Vec<&str> =
@@ -247,7 +253,7 @@ fn assert_page(folder: &Path) {
         for table in item["tables"].as_array().expect("tables") {
             let columns = table["columns"].as_array().expect("columns").len();
             let rows = table["rows"].as_array().expect("rows");
-            assert!(!rows.is_empty(), "{}: {} has no line", item["id"], table["caption"]);
+            assert!(!rows.is_empty(), "{}: {} has no row", item["id"], table["caption"]);
             for cell in rows.iter().flat_map(|row| {
                 let row = row.as_array().expect("a row");
                 assert_eq!(row.len(), columns, "{}", table["caption"]);
@@ -260,13 +266,13 @@ fn assert_page(folder: &Path) {
             }
         }
     }
-    // What is printed stands there as it is printed, beside what was found.
+    // The paper's printed numbers must be in the tables, beside the measured ones.
     let line = |id: &str, table: usize, row: usize| item(&paper, id)["tables"][table]["rows"][row].clone();
     let wine = serde_json::json!(["Wine", "printed", 8.52, 3.61, 5.24, 0.85, 1.22, 4.46, 6.46, 1.44]);
     assert_eq!(line("table3", 0, 4), wine);
     let signed_rank = line("signed-rank", 0, 0);
     assert_eq!((&signed_rank[3], &signed_rank[4]), (&Value::from(-2.870), &Value::from(0.004)));
-    assert!(line("table2", 0, 5)[3].is_number(), "room is measured: {}", line("table2", 0, 5));
+    assert!(line("table2", 0, 5)[3].is_number(), "room is not measured: {}", line("table2", 0, 5));
 }
 
 #[test]
@@ -280,7 +286,7 @@ fn a_plan_is_said_and_nothing_is_made() {
     let names: Vec<&str> = pieces.iter().map(|p| p["piece"].as_str().expect("a name")).collect();
     assert_eq!(names.len(), 8 + 1 + 3, "{names:?}");
     assert!(pieces.iter().all(|p| p["seconds"].as_f64().is_some_and(|s| s > 0.0) && p["kept"] == false), "{plan}");
-    // 100 rounds of 1920x1080 pixels and 1024 paths take more than an hour wherever a test without a graphics card runs.
+    // No piece is kept yet, so that the time left is the sum of all pieces' times.
     let total: f64 = pieces.iter().filter_map(|p| p["seconds"].as_f64()).sum();
     assert!((plan["seconds_left"].as_f64().expect("seconds") - total).abs() < 1e-6 * total, "{plan}");
     assert!(stderr(&done).contains("from a short probe in room"), "{}", stderr(&done));

@@ -1,4 +1,6 @@
-//! What a person can do in a session, through the same door: pause, skip, decline, quit, leave.
+//! Tests what people can do in a session beside answering: pause, skip, decline, quit, withdraw and change a choice. A
+//! simulated person acts through the same interface as a real one. The expected records are written out here. Needs no
+//! GPU.
 
 mod lab;
 
@@ -10,7 +12,7 @@ use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
 use lab::{Lab, rate, stderr};
 
-/// Answers as simulated, but for what `acts` says of a screen.
+/// An observer who does what `acts` says for a screen, and otherwise answers like the simulated observer.
 struct Person<F> {
     calm: SimulatedObserver,
     acts: F,
@@ -36,7 +38,7 @@ fn sit(lab: &Lab, resume: bool, acts: impl FnMut(&Screen) -> Option<Vec<(u64, In
     session.run(&mut display).unwrap()
 }
 
-/// Once, when a screen fits.
+/// Acts once, on the first screen that fits.
 fn once(
     fits: impl Fn(&Screen) -> bool + 'static,
     inputs: Vec<(u64, Input)>,
@@ -127,7 +129,7 @@ fn without_consent_or_stereo_vision_nothing_is_shown_and_the_row_is_free() {
     let ended = sit(&lab, false, decline);
     assert_eq!(ended.outcome, Some(Outcome::Declined));
     assert!(!records(&ended).iter().any(|r| matches!(r, Record::Begin(_))));
-    // One alternative always: about a quarter right, never seven of ten.
+    // Somebody who always chooses the same square is right in about a quarter of the trials, and never in seven of ten.
     let blind = |s: &Screen| if let Screen::Dots(_) = s { Some(vec![(1, Input::Choose(0))]) } else { None };
     let ended = sit(&lab, false, blind);
     assert_eq!((ended.outcome, ended.row), (Some(Outcome::Screened), 0));

@@ -1,4 +1,5 @@
-//! Head poses: only where the study asks for them, in a file of their own, gone with the participant.
+//! Tests head poses: they are kept only if the study asks for them, lie in a file of their own, and are deleted with
+//! the participant's data. Needs no GPU.
 
 mod lab;
 
@@ -18,7 +19,7 @@ use cyclopean_analysis::journal::{self, collect};
 use lab::{Lab, rate};
 use serde_json::{Value, json};
 
-/// A display that knows where the head is: once for each event, which a headset does for each frame.
+/// A display that tracks the head. It gives a pose for each event, while a headset gives one for each frame.
 struct Headset {
     inner: Headless,
     info: DisplayInfo,
@@ -57,7 +58,7 @@ impl Display for Headset {
     }
 }
 
-/// The simulated observer, but for one screen.
+/// An observer who gives `input` on the screen `at`, and otherwise answers like the simulated observer.
 struct Acts {
     calm: SimulatedObserver,
     at: Option<Screen>,
@@ -121,7 +122,7 @@ fn nothing_is_kept_unless_the_study_says_so_and_the_display_knows() {
     let ended = sit(&lab, Disk::real(), None, Input::Quit).unwrap();
     assert_eq!(beside(&lab), std::slice::from_ref(&ended.journal));
     assert_eq!(collect(&ended.journal).unwrap().header.poses, None);
-    // Asked for, of a display that tracks nothing.
+    // This study asks for poses, but its display does not track the head.
     let lab = Lab::new(&study(true));
     assert!(lab.simulate("p01", &[]).status.success());
     assert_eq!(beside(&lab), [lab.journal("p01", "001")]);
@@ -151,14 +152,14 @@ fn poses_have_a_file_of_their_own_that_the_journal_names_and_the_analysis_passes
     }
     let times = times(&poses);
     assert!(times.len() > 10 && times.is_sorted(), "{}", times.len());
-    // None from before the consent.
+    // There must be no pose from before the consent.
     let phase = |name: &str| {
         let is = |r: &Record| matches!(r, Record::Phase(p) if p.phase == name);
         journal::read(&ended.journal).unwrap().map(Result::unwrap).find(|e| is(&e.record)).unwrap().t_ns
     };
     assert!(times[0] >= phase("instructions") && phase("instructions") > phase("consent"));
     assert_eq!(expand(&[lab.sessions()]).unwrap(), [Source::Journals(vec![ended.journal])]);
-    // A lost list of rows is made from the journals alone.
+    // A lost list of rows is made again from the journals, and not from the poses.
     std::fs::remove_file(lab.sessions().join("rate/rows.json")).unwrap();
     let again = sit(&lab, Disk::real(), None, Input::Quit).unwrap_err().to_string();
     assert!(again.contains("has completed this study in session 001"), "{again}");
@@ -188,7 +189,7 @@ fn a_resumed_session_goes_on_in_the_same_file() {
     let ended = sit(&lab, Disk::real(), Some(panel(1)), Input::Quit).unwrap();
     let poses = path_beside(&ended.journal);
     let before = times(&poses).len();
-    // As a kill leaves it.
+    // A kill may leave a torn last line.
     let mut torn = std::fs::read(&poses).unwrap();
     torn.extend_from_slice(b"{\"pose\":{\"t_n");
     std::fs::write(&poses, torn).unwrap();
@@ -215,7 +216,7 @@ fn stopped_at_any_step_a_session_with_poses_goes_on_and_no_answer_is_lost() {
         let said = first.unwrap_err().to_string();
         let ended = match sit(&lab, Disk::real(), None, Input::Quit) {
             Ok(ended) => ended,
-            // The last step failed after it was done.
+            // The session was already complete when the failing step stopped it.
             Err(error) if error.to_string().contains("has completed this study") => continue,
             Err(error) => panic!("step {step} ({said}): {error}"),
         };

@@ -1,11 +1,12 @@
-//! The real program along a path of the head: the files it writes, the figures it gives, and what is no path.
+//! Tests `render` and `compare` along a path of the head by running the program: the files and figures that they write,
+//! and how they refuse an invalid path. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod program;
 
 use program::{cyclopean, stderr};
 
-/// A mirroring floor and a lamp, with a path of its own and one that jumps.
+/// The scene `pica` at low detail, with a path of its own that jumps once.
 const MANIFEST: &str = r#"{
   "name": "little",
   "geometry": { "builtin": { "name": "pica", "detail": 0.01 } },

@@ -1,4 +1,5 @@
-//! Whole sessions through the real program: prepared stimuli → run → journal → votes.
+//! Tests whole simulated sessions by running the program, from prepared stimuli to the journal and its votes. Needs no
+//! GPU.
 
 mod lab;
 
@@ -68,7 +69,7 @@ fn participants_get_rows_of_their_own_and_kinds_do_not_share_them() {
     assert_eq!(twice.status.code(), Some(1));
     assert!(stderr(&twice).contains("has completed this study in session 001"), "{}", stderr(&twice));
 
-    // Withdrawn: the row is free, the id is nowhere.
+    // After a withdrawal the row is free, and no file has the participant's id.
     let gone = lab.program(&["study", "withdraw", "study.json", "--participant", "s02"]);
     assert!(gone.status.success(), "{}", stderr(&gone));
     let folder = lab.sessions().join("rate");
@@ -112,7 +113,7 @@ fn nothing_begins_while_a_stimulus_is_missing_or_damaged() {
     );
     assert!(!lab.sessions().exists());
 
-    // Found and rendered again, this one alone.
+    // `prepare` finds the damaged stimulus and renders only this one again.
     let mut painter = Painter::default();
     let report = lab.prepare(&mut painter);
     assert_eq!((painter.rendered, report.damaged.len(), report.whole.len()), (1, 1, 2));
@@ -206,7 +207,7 @@ fn simulated_observers_can_judge_what_the_renderer_measured() {
     assert!(lab.simulate("s01", &[]).status.success());
     let votes = collect(&lab.journal("s01", "001")).unwrap();
     for vote in &votes.votes {
-        // The painter measures 0.2 for one method and nothing for the other.
+        // The painter reports an inconsistency of 0.2 for `sssr` and 0 for the other method.
         let expected = if votes.level(vote, "method") == Some("sssr") { 1 } else { 5 };
         assert_eq!(vote.rating, expected);
     }

@@ -1,5 +1,5 @@
-//! Work in parts through the real program, with one folder for all: parts that run at the same time, twice, are killed, or
-//! have nothing to do.
+//! Tests work in parts (`--shard`) by running the program, with one folder for all parts. Parts run at the same time,
+//! run twice, are killed, or have nothing to do. The oracle is the result of a single run. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod program;
@@ -37,7 +37,7 @@ const SMALL: [&str; 12] = [
 fn parts_of_a_comparison_come_together_whatever_runs_twice() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let arguments = |more: &[&'static str]| [&["compare", "room", "pica"], &SMALL[..], more].concat();
-    // Part 0 runs twice at once; of three parts one has no scene.
+    // Part 0 runs twice at the same time. One of the three parts has no scene.
     let parts = ["0/3", "0/3", "1/3", "2/3"].map(|part| {
         let mut command = program::command(folder.path(), &arguments(&["--keep", "results", "--shard", part]));
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts")
@@ -48,11 +48,11 @@ fn parts_of_a_comparison_come_together_whatever_runs_twice() {
     }
     assert!(said(&parts[0]).contains("room: done") && said(&parts[2]).contains("pica: done"), "{}", said(&parts[2]));
     assert!(said(&parts[3]).contains("part 2/3 has nothing to do: there are 2 scenes"), "{}", said(&parts[3]));
-    assert!(!folder.path().join("out").exists(), "a part writes no report");
+    assert!(!folder.path().join("out").exists(), "a part wrote a report");
     let kept = tree(&folder.path().join("results"));
     assert_eq!(kept.len(), 2, "{:?}", kept.keys());
 
-    // The merge renders nothing.
+    // The run that merges the parts renders nothing.
     let merged = cyclopean(folder.path(), &arguments(&["--keep", "results"]));
     assert!(merged.status.success(), "{}", said(&merged));
     for name in ["room", "pica"] {
@@ -65,14 +65,14 @@ fn parts_of_a_comparison_come_together_whatever_runs_twice() {
     assert_eq!(scenes, [Some("room"), Some("pica")]);
     assert!(tree(&folder.path().join("results")) == kept);
 
-    // References are those of one run alone, which makes nothing else when it is asked for them only.
+    // The references are the same as those of a single run. With --references-only that run makes nothing else.
     let alone = [&["compare", "room", "pica", "--references-only"], &SMALL[..10], &["--cache", "alone"]].concat();
     let made = cyclopean(folder.path(), &alone);
     assert!(made.status.success() && stderr(&made).contains("reference: "), "{}", said(&made));
     assert!(!stderr(&made).contains("room: 1/"), "{}", stderr(&made));
     let [shared, alone] = ["references", "alone"].map(|name| tree(&folder.path().join(name)));
     assert_eq!(shared.keys().collect::<Vec<_>>(), alone.keys().collect::<Vec<_>>());
-    assert!(shared == alone, "a reference that two programs made is another one");
+    assert!(shared == alone, "the references of the parts differ from those of a single run");
 }
 
 #[test]
@@ -115,14 +115,14 @@ fn a_preparation_that_was_killed_leaves_nothing_behind_once_the_whole_is_done() 
     let start = Instant::now();
     while unfinished(&store).is_empty() {
         assert!(start.elapsed() < Duration::from_secs(60), "no stimulus was begun within a minute");
-        assert!(killed.try_wait().expect("a child").is_none(), "it ended before it was seen at work");
+        assert!(killed.try_wait().expect("a child").is_none(), "the program ended before it was seen at work");
         std::thread::yield_now();
     }
     killed.kill().expect("killed");
     killed.wait().expect("ended");
-    assert_eq!(unfinished(&store).len(), 1, "it was killed at work");
+    assert_eq!(unfinished(&store).len(), 1, "the kill did not leave one unfinished stimulus");
 
-    // The other part does not touch it; neither does a part that works on the same.
+    // No part removes the unfinished file, not even the one that makes the same stimulus.
     for part in ["1/2", "0/2"] {
         let done = cyclopean(folder.path(), &[prepare("store"), vec!["--shard", part]].concat());
         assert!(done.status.success(), "{part}: {}", said(&done));
@@ -132,5 +132,5 @@ fn a_preparation_that_was_killed_leaves_nothing_behind_once_the_whole_is_done() 
     assert!(said(&idle).contains("part 7/8 has nothing to do: the study has 2 stimuli"), "{}", said(&idle));
     let merged = cyclopean(folder.path(), &prepare("store"));
     assert!(said(&merged).contains("2 whole, 0 rendered"), "{}", said(&merged));
-    assert!(tree(&store) == tree(&folder.path().join("alone")), "the store is not that of one run");
+    assert!(tree(&store) == tree(&folder.path().join("alone")), "the store differs from that of a single run");
 }

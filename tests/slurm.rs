@@ -1,6 +1,7 @@
-//! The job script on a real Slurm of one node, with daemons of the test's own: a task that is killed and requeued and one
-//! that runs twice leave the store of a single run. Skips where Slurm is not installed (Debian: slurmctld, slurmd,
-//! slurm-client, munge), unless CYCLOPEAN_REQUIRE_SLURM=1 forbids it.
+//! Tests the job script on a real Slurm with one node, whose daemons the test starts itself. One task is killed and
+//! requeued, and one runs twice. The oracle is the store of a single run. Needs a Vulkan device and Slurm (Debian:
+//! slurmctld, slurmd, slurm-client, munge). Where Slurm is missing the test is skipped, with a message, unless
+//! `CYCLOPEAN_REQUIRE_SLURM` is set.
 #![cfg(all(feature = "gpu", target_os = "linux"))]
 
 mod program;
@@ -15,10 +16,10 @@ use program::{stderr, tree, unfinished};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cluster/cyclopean.sbatch");
 
-/// How long any state may take to come, on a machine that is busy with other things.
+/// The longest time to wait for any state, on a machine that is busy with other work.
 const PATIENCE: Duration = Duration::from_secs(180);
 
-/// Eight stimuli of one scene; the first takes longest.
+/// A study with eight stimuli of one scene. The first takes longest to render.
 const STUDY: &str = r#"{
   "format": 1, "id": "parts", "title": "Parts", "seed": 7, "participants": 4, "task": "rate",
   "instructions": "Look.", "question": "How natural?", "labels": ["not", "rather", "very"], "scale": [1, 2, 3],
@@ -31,40 +32,40 @@ const STUDY: &str = r#"{
     "stereo-no-reprojection": 1, "sssr-thickness": 1, "one-eye": 1 }, "noise_sd": 0.8 }
 }"#;
 
-/// Asks until there is an answer; fails with what was waited for.
+/// Asks until there is an answer, and panics with `what` if there is none in time.
 fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(answer) = answer() {
             return answer;
         }
-        assert!(start.elapsed() < PATIENCE, "waited {} s in vain for {what}", PATIENCE.as_secs());
+        assert!(start.elapsed() < PATIENCE, "this did not happen in {} s: {what}", PATIENCE.as_secs());
         std::thread::sleep(Duration::from_millis(50));
     }
 }
 
-/// A program on the path, or among those of the system's administrator.
+/// Finds a program on the path or in the folders for administrators' programs.
 fn find(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::env::split_paths(&path).chain(["/usr/sbin", "/sbin"].map(PathBuf::from));
     folders.map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
-/// What a command prints of this machine or user.
+/// The output of a command that tells something about this machine or user.
 fn ask(name: &str, argument: &str) -> String {
     let output = Command::new(name).arg(argument).output().expect("a word");
     String::from_utf8(output.stdout).expect("UTF-8").trim().to_owned()
 }
 
-/// A Slurm of one node in a folder; its daemons end with it.
+/// A Slurm with one node in a folder of its own. Its daemons are killed when this is dropped.
 struct Cluster {
     folder: tempfile::TempDir,
-    /// Munge, controller, node.
+    /// Munge, the controller and the node, in this order.
     daemons: Vec<Child>,
 }
 
 impl Cluster {
-    /// None where Slurm is not installed, which is said.
+    /// Starts the cluster. Prints why and returns `None` where Slurm is not installed.
     fn start() -> Option<Cluster> {
         let programs = ["munged", "slurmctld", "slurmd"].map(|name| find(name).ok_or(name));
         if let Some(name) = programs.iter().find_map(|p| p.as_ref().err()) {
@@ -75,19 +76,19 @@ impl Cluster {
         let [munged, controller, node] = programs.map(|p| p.expect("found"));
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
-        // The daemons want to be reached through it.
+        // Munge's socket lies in this folder, so that others must be able to enter it.
         std::fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o755)).expect("permissions");
         ["state", "spool"].iter().for_each(|name| std::fs::create_dir(at(name)).expect("a folder"));
-        // A key for the test's life; nothing outside this folder knows it.
+        // The key lives as long as the test and is known only in this folder.
         let key: Vec<u8> = (0..64u32).map(|i| (i.wrapping_mul(2_654_435_761) ^ std::process::id()) as u8).collect();
         std::fs::write(at("key"), key).expect("written");
         std::fs::set_permissions(at("key"), PermissionsExt::from_mode(0o400)).expect("permissions");
-        // Two ports that nobody listens on.
+        // Finds two free ports.
         let listeners = [0, 1].map(|_| TcpListener::bind("127.0.0.1:0").expect("a port"));
         let [first, second] = listeners.map(|l| l.local_addr().expect("an address").port());
         let (host, user, root) = (ask("uname", "-n"), ask("id", "-un"), folder.path().display().to_string());
         let host = host.split('.').next().unwrap_or_default();
-        // A requeued task waits for as long as a credential lives: 5 seconds at the least.
+        // A requeued task waits until its credential expires, which takes at least 5 seconds.
         let configuration = format!(
             "ClusterName=trial\nSlurmctldHost={host}(127.0.0.1)\nSlurmUser={user}\nSlurmdUser={user}\n\
              AuthType=auth/munge\nAuthInfo=socket={root}/munge.socket,cred_expire=5\n\
@@ -125,23 +126,23 @@ impl Cluster {
         self.daemons.push(command.spawn().expect("a daemon starts"));
     }
 
-    /// One of Slurm's commands in the cluster's folder.
+    /// One of Slurm's commands, to be run in the cluster's folder.
     fn command(&self, name: &str) -> Command {
         let mut command = Command::new(name);
         command.current_dir(self.folder.path()).env("SLURM_CONF", self.path("slurm.conf"));
         command.env("CYCLOPEAN", env!("CARGO_BIN_EXE_cyclopean")).env("XDG_CACHE_HOME", self.path("cache"));
-        // Other tests watch the very same pictures being made.
+        // Vulkan validation is off, because other tests render the same pictures with it.
         command.env_remove("CYCLOPEAN_VALIDATION");
         command
     }
 
-    /// What it prints; none where it fails.
+    /// The output of one of Slurm's commands, or `None` if it fails.
     fn slurm(&self, name: &str, arguments: &[&str]) -> Option<String> {
         let output = self.command(name).args(arguments).output().expect("it starts");
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Submits the script and gives the job's number; `variables` as `NAME=VALUE`.
+    /// Submits the script and returns the job's number. `variables` are given as `NAME=VALUE`.
     fn submit(&self, options: &[&str], variables: &[&str]) -> String {
         let mut command = self.command("sbatch");
         command.envs(variables.iter().filter_map(|v| v.split_once('=')));
@@ -151,7 +152,7 @@ impl Cluster {
         String::from_utf8_lossy(&output.stdout).trim().split(';').next().unwrap_or_default().to_owned()
     }
 
-    /// A word of each task of a job, such as its `JobState`.
+    /// The value of `key`, such as `JobState`, for each task of a job.
     fn words(&self, job: &str, key: &str) -> Vec<String> {
         let lines = self.slurm("scontrol", &["-o", "show", "job", job]).unwrap_or_default();
         let word = |line: &str| {
@@ -160,11 +161,11 @@ impl Cluster {
         lines.lines().filter_map(word).collect()
     }
 
-    /// Kills a task of the array at work on a stimulus; gives its job's number.
+    /// Kills a task of the array while it works on a stimulus, and returns its job's number.
     fn kill_one(&self, array: &str) -> String {
         wait_for("a task at work that can be killed", || {
             unfinished(&self.path("store")).iter().find_map(|part| {
-                // `.KEY.PID.N.part`
+                // The name is `.KEY.PID.N.part`.
                 let name = part.file_name()?.to_str()?;
                 let pid = name.rsplit('.').nth(2)?;
                 let environment = std::fs::read(format!("/proc/{pid}/environ")).ok()?;
@@ -180,13 +181,13 @@ impl Cluster {
                 let state = wait_for("the killed task to end", || {
                     self.words(&job, "JobState").pop().filter(|s| !["RUNNING", "COMPLETING"].contains(&s.as_str()))
                 });
-                // One that was through with its work when the signal came is not what we want.
+                // A task that had already finished its stimulus when the signal came does not count.
                 (state == "FAILED" && part.exists()).then_some(job)
             })
         })
     }
 
-    /// What the tasks wrote, for whoever reads a failure.
+    /// The logs of the tasks and daemons, to be printed with a failure.
     fn logs(&self) -> String {
         let names = std::fs::read_dir(self.folder.path()).expect("the folder").flatten().map(|e| e.path());
         let logs = names.filter(|p| p.extension().is_some_and(|e| e == "log"));
@@ -197,7 +198,7 @@ impl Cluster {
 impl Drop for Cluster {
     fn drop(&mut self) {
         let _ = self.slurm("scancel", &["--me"]);
-        // The node first, munge last.
+        // The node must end first and Munge last.
         for daemon in self.daemons.iter_mut().rev() {
             let _ = daemon.kill();
             let _ = daemon.wait();
@@ -219,7 +220,7 @@ fn an_array_with_a_killed_and_a_doubled_task_leaves_the_store_of_one_run() {
     assert!(alone.status.success(), "{}", stderr(&alone));
     let single = started.elapsed();
 
-    // The longest task twice, both started in one go.
+    // The task that takes longest runs twice at the same time.
     let twice = cluster.submit(&["--array=0"], &["CYCLOPEAN_TASKS=8"]);
     let array = cluster.submit(&["--array=0-7"], &[]);
     let killed = cluster.kill_one(&array);
@@ -234,16 +235,17 @@ fn an_array_with_a_killed_and_a_doubled_task_leaves_the_store_of_one_run() {
 
     assert_eq!(cluster.words(&array, "JobState"), ["COMPLETED"; 8], "{}", cluster.logs());
     assert_eq!(cluster.words(&twice, "JobState"), ["COMPLETED"]);
-    assert_eq!(cluster.words(&killed, "Restarts"), ["1"], "the killed task was started again");
+    assert_eq!(cluster.words(&killed, "Restarts"), ["1"], "the killed task was not started again exactly once");
     let log = |job: &str| String::from_utf8_lossy(&bytes(&cluster.path(&format!("cyclopean-{job}.log")))).into_owned();
     assert!(log(&killed).contains(", try 2\n"), "{}", log(&killed));
     assert!(log(&merge).contains("8 whole, 0 rendered"), "{}", log(&merge));
     let (one, many) = (tree(&cluster.path("alone")), tree(&cluster.path("store")));
-    assert_eq!(one.len(), 8 * 4, "three files and a request a stimulus");
+    assert_eq!(one.len(), 8 * 4, "not three files and a request for each stimulus");
     assert_eq!(one.keys().collect::<Vec<_>>(), many.keys().collect::<Vec<_>>(), "other files");
-    assert!(one == many, "the store is not that of one run");
+    assert!(one == many, "the store differs from that of a single run");
     println!(
-        "the doubled task rendered: {}; a single run: {:.1} s; the array, its killed and its doubled task, and the merge: {:.1} s; {} files equal",
+        "the task that ran twice rendered something: {}; a single run took {:.1} s, and the array with its killed and \
+         doubled tasks and the merge {:.1} s; {} files are equal",
         log(&twice).contains("1 rendered"),
         single.as_secs_f64(),
         took.as_secs_f64(),
@@ -251,7 +253,7 @@ fn an_array_with_a_killed_and_a_doubled_task_leaves_the_store_of_one_run() {
     );
 }
 
-/// The script as a task of an array, without Slurm.
+/// Runs the script as a task of an array, without Slurm.
 fn task(variables: &[(&str, &str)], arguments: &[&str]) -> Output {
     let mut command = Command::new("sh");
     command.arg(SCRIPT).args(arguments).env("CYCLOPEAN", "echo").envs(variables.iter().copied());

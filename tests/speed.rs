@@ -1,5 +1,6 @@
-//! Figures, not verdicts; run by hand:
-//! `cargo test --release --no-default-features --test speed -- --ignored --nocapture --test-threads 1`
+//! Measures the speed of simulated sessions and of reading their journals. It prints figures and has no limits. Needs
+//! no GPU. To run it by hand: `cargo test --release --no-default-features --test speed -- --ignored --nocapture
+//! --test-threads 1`
 
 mod lab;
 
@@ -19,7 +20,7 @@ fn many(conditions: usize, repetitions: u32) -> serde_json::Value {
     study
 }
 
-/// Peak resident memory of this process, MiB.
+/// The peak resident memory of this process in MiB.
 fn peak_mib() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("0");

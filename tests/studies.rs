@@ -1,4 +1,5 @@
-//! Study files: the schema, what is refused and how, the shipped studies, preparation, and freezing.
+//! Tests study files: their schema, how mistakes are refused, the repository's own studies, preparing stimuli,
+//! freezing, and moving stimuli. The schema's oracle is the crate `jsonschema`. Needs no GPU.
 
 mod lab;
 
@@ -25,7 +26,7 @@ fn shipped(name: &str) -> validate::Study {
     validate::load(&path).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Every method that the shipped studies name.
+/// A catalogue with every scene, method and path that the repository's studies name.
 fn whole_catalogue() -> Catalogue {
     let methods = [
         "sssr",
@@ -71,7 +72,7 @@ fn the_checked_in_schema_is_the_one_of_the_types() {
         std::fs::write(&path, format!("{text}\n")).unwrap();
     }
     let file: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-    assert!(file == schema::generate(), "run this test once with CYCLOPEAN_RENEW=1");
+    assert!(file == schema::generate(), "studies/schema.json is outdated; run this test once with CYCLOPEAN_RENEW=1");
 }
 
 #[test]
@@ -110,7 +111,7 @@ fn the_shipped_studies_are_sound_and_have_the_paper_s_conditions() {
     assert_eq!(shipped("ablation").definition.conditions().len(), 3);
     assert_eq!(shipped("recommended").definition.conditions().len(), 9);
     assert_eq!(shipped("recommended").definition.participants % 18, 0);
-    // In study 3 a pair of rows has each module once on either side.
+    // In study 3 two successive rows show each module once as A and once as B.
     for pair in 0..9 {
         let sides = |row| -> Vec<(u32, Option<Side>)> {
             let plan = Plan::draw(&shipped("ablation").definition, row);
@@ -148,14 +149,14 @@ fn every_shipped_study_runs_dry_from_preparation_to_votes() {
 
 #[test]
 fn a_choice_becomes_the_rating_of_the_side_that_was_chosen() {
-    // An observer without noise or lapse who always sees the method as better.
+    // The observer has no noise and no lapses, and always finds the method better.
     let mut study: Value = serde_json::from_str(&shipped("quality").text).unwrap();
     study["simulation"] = json!({"latent": {"stereo": 9, "sssr": 1, "path-traced": 9}});
     let lab = Lab::new(&study);
     assert!(lab.simulate("s01", &[]).status.success());
     let votes = collect(&lab.journal("s01", "001")).unwrap();
     assert!(votes.votes.iter().all(|v| v.rating == 3));
-    // … though A and B were chosen equally often.
+    // A and B were nevertheless chosen equally often.
     let choices: Vec<u32> = cyclopean_analysis::journal::read(&lab.journal("s01", "001"))
         .unwrap()
         .filter_map(|e| if let Record::Answer(a) = e.unwrap().record { Some(a.choice) } else { None })
@@ -163,7 +164,7 @@ fn a_choice_becomes_the_rating_of_the_side_that_was_chosen() {
         .collect();
     assert_eq!(choices.iter().filter(|c| **c == 0).count(), 3);
     assert_eq!(choices.iter().filter(|c| **c == 2).count(), 3);
-    // Each showing has the reference and both images.
+    // Each presentation shows the reference and both images.
     let plan = Plan::draw(&lab.load().definition, 0);
     assert!(plan.presentations.iter().all(|p| p.stimuli.len() == 3));
 }
@@ -183,7 +184,8 @@ fn a_known_effect_comes_back() {
         }
     }
     let mean = |method: &str| sums[method].0 / sums[method].1;
-    // Latent 2.4, 4.2 and 4.5 (clipped at 5); 180 votes each, standard error about 0.08.
+    // The latent values are 2.4, 4.2 and 4.5, and votes are clipped at 5. Each mean is over 180 votes and has a
+    // standard error of about 0.08.
     assert!((mean("sssr") - 2.4).abs() < 0.35, "{}", mean("sssr"));
     assert!((mean("stereo") - 4.1).abs() < 0.35, "{}", mean("stereo"));
     assert!((mean("path-traced") - 4.35).abs() < 0.35, "{}", mean("path-traced"));
@@ -275,7 +277,7 @@ fn check_prints_conditions_order_length_and_what_is_missing() {
     let said: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(said["conditions"].as_array().unwrap().len(), 5);
     assert_eq!(said["order"].as_array().unwrap().len(), 5);
-    // Five presentations of 2 s, two blanks of 0.5 s, an answer of 1 s.
+    // Each of the five presentations has 2 s of stimulus, two blanks of 0.5 s and an answer of 1 s.
     assert!((said["minutes"].as_f64().unwrap() - 5.0 * 4.0 / 60.0).abs() < 1e-9);
     assert_eq!(said["to_render"], json!([]));
     let elsewhere = lab.program(&["study", "check", "study.json", "--json", "--store", "none"]);
@@ -327,12 +329,12 @@ fn preparation_goes_on_where_it_failed_and_follows_a_changed_renderer() {
     };
     let error = run(&mut Painter { fails_at: Some(3), ..Painter::default() }).unwrap_err();
     assert!(error.contains("the device is gone") && error.contains(" by "), "{error}");
-    // Nothing half-made stands under a final name.
+    // No unfinished file may have a final name.
     assert_eq!(tree(&lab.path("fresh")).len(), 3 * 4);
     let mut painter = Painter::default();
     let report = run(&mut painter).unwrap();
     assert_eq!((painter.rendered, report.whole.len(), report.missing.len()), (2, 3, 2));
-    // Another shader: every key is another, the old entries stay.
+    // With another renderer every key changes, and the old entries stay.
     let survey = prepare::survey(&definition, &store, &Painter { version: 2, ..Painter::default() }, Shard::WHOLE);
     assert_eq!(survey.unwrap().missing.len(), 5);
     let mut newer = Painter { version: 2, ..Painter::default() };
@@ -354,7 +356,7 @@ fn a_frozen_study_refuses_whatever_differs() {
     let ok = lab.simulate("s01", &["--frozen", "frozen"]);
     assert!(ok.status.success(), "{}", stderr(&ok));
     assert!(collect(&lab.journal("s01", "001")).unwrap().header.frozen_sha256.is_some());
-    // The orders of all planned participants are those that sessions get.
+    // The frozen orders are those of all planned participants, and sessions get the same ones.
     let orders: Value = serde_json::from_slice(&std::fs::read(lab.path("frozen/orders.json")).unwrap()).unwrap();
     assert_eq!(orders.as_array().unwrap().len(), 4);
     let power: Value = serde_json::from_slice(&std::fs::read(lab.path("frozen/power.json")).unwrap()).unwrap();
@@ -378,7 +380,7 @@ fn a_frozen_study_refuses_whatever_differs() {
     assert!(!lab.journal("s02", "001").exists());
 }
 
-/// A value somewhere in a study, changed.
+/// One of the repository's studies with up to three random changes.
 fn mutated() -> impl Strategy<Value = Value> {
     let values = prop_oneof![
         Just(json!(null)),
@@ -425,7 +427,7 @@ proptest! {
         let validator = jsonschema::validator_for(&schema).unwrap();
         let ours = schema::check(&study);
         prop_assert_eq!(ours.is_empty(), validator.is_valid(&study), "{:?}", ours);
-        // Whatever passes can be read or is refused with words.
+        // A study that passes must be read, or refused without a panic.
         let _ = validate::parse(Path::new("study.json"), study.to_string());
     }
 
@@ -435,7 +437,7 @@ proptest! {
     }
 }
 
-/// A study of moving stimuli: two methods along `sway`, shown for half a second.
+/// A study with moving stimuli: two methods along the path `sway`, shown for half a second.
 fn moving() -> Value {
     let mut study = rate(&["pica"], 1);
     study["protocol"] = json!([{"show": "stimulus", "seconds": 0.5}]);
@@ -467,7 +469,7 @@ fn moving_stimuli_are_prepared_shown_in_time_and_journaled() {
     for p in presentations_of(&lab, "p1") {
         assert!(p.invalid.is_empty(), "{:?}", p.invalid);
         let [segment] = &p.segments[..] else { panic!("{:?}", p.segments) };
-        // 30 frames a second on a display of 90 Hz: each stands for three display frames.
+        // With 30 frames per second on a display with 90 Hz, each frame is shown for three of the display's frames.
         let onsets: Vec<u64> = segment.film_onsets_ns.iter().map(|o| o.unwrap() - segment.first_ns).collect();
         assert_eq!(onsets.len(), 15);
         for (frame, onset) in onsets.iter().enumerate() {
@@ -479,12 +481,13 @@ fn moving_stimuli_are_prepared_shown_in_time_and_journaled() {
     assert!(films.all(|s| s.film == Some(Film { rate_hz: 30.0, frames: 15 }) && s.files.len() == 2 + 14));
     assert!(records.iter().any(|r| matches!(r, Record::Condition(c) if c.factors["path"] == "sway")));
 
-    // A display that is slower than the film would leave frames out.
+    // A display that is slower than the film is refused, because it would leave frames out.
     let slow = run("p2", &["--hz", "24"]);
     assert_eq!(slow.status.code(), Some(1));
     let said = stderr(&slow);
     assert!(said.contains("along sway") && said.contains("30 frames a second") && said.contains("24"), "{said}");
-    // One whose rate is no multiple shows them all, unevenly, which is said.
+    // A display whose rate is no multiple of the film's shows all frames for uneven times, and the program warns of
+    // that.
     let uneven = run("p3", &["--hz", "50"]);
     assert!(uneven.status.success() && stderr(&uneven).contains("stand longer"), "{}", stderr(&uneven));
     assert!(presentations_of(&lab, "p3").iter().all(|p| p.segments[0].film_onsets_ns.iter().all(Option::is_some)));
@@ -526,7 +529,7 @@ fn a_path_that_no_scene_has_is_named_with_those_there_are() {
     assert_eq!(problems.len(), 1, "{problems:?}");
     assert_eq!(problems[0].path, "conditions.cross.path[1]");
     assert!(problems[0].what.contains("`round-trip`; available: still, sway, cut"), "{problems:?}");
-    // Still stimuli ask for what they asked for before paths existed.
+    // The requests of still stimuli are the same as before there were paths.
     let still = shipped("example-minimal").definition;
     let condition = &still.conditions()[0];
     let request = serde_json::to_value(StimulusRequest::new(&still, condition, &condition.method)).unwrap();
@@ -550,7 +553,7 @@ fn a_journal_alone_gives_its_stimuli_again_or_says_what_differs() {
     let other = again(&mut other, stimulus, &folder.path().join("other")).unwrap();
     assert!(!other.same_key && other.differing.contains(&"sbs.png".to_owned()), "{other:?}");
     assert!(seen.of(&journal, 99).unwrap_err().to_string().contains("no presentation 99"));
-    // An order that does not follow from study and row is not shown.
+    // A session whose order cannot be proven is not shown.
     let text = std::fs::read_to_string(&journal).unwrap();
     let cut: String = text.lines().take(3).map(|line| format!("{line}\n")).collect();
     let torn = folder.path().join("torn.jsonl");

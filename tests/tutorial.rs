@@ -1,4 +1,5 @@
-//! docs/tutorial.md, command by command in a fresh folder: what is printed is what the page says.
+//! Runs the commands of docs/tutorial.md in a fresh folder and compares their output with the page, which is the
+//! oracle. Needs a Vulkan device. The test is skipped where the program `mos` is missing and cannot be built.
 #![cfg(feature = "gpu")]
 
 mod lab;
@@ -8,7 +9,7 @@ use std::process::{Command, Output};
 
 use lab::{mos, stderr};
 
-/// A fenced block: what stands behind the fence, and the lines within.
+/// A fenced block of a page: the text behind its opening fence, and its lines.
 #[derive(Debug, Clone, PartialEq)]
 struct Block {
     info: String,
@@ -29,7 +30,8 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// What the page says and nobody printed, line by line in order; `…` stands for anything.
+/// The first line of the page's output that was not printed, if there is one. The lines must come in order, and `…`
+/// stands for any text.
 fn missing(page: &str, printed: &str) -> Option<String> {
     let fits = |said: &str, line: &str| {
         let mut rest = line;
@@ -65,7 +67,8 @@ impl Desk<'_> {
             .expect("a shell")
     }
 
-    /// A session at a monitor: its options are understood, and a simulated observer sits in the participant's place.
+    /// Runs a command that needs a monitor. Its options must be understood. A session is then run with a simulated
+    /// observer instead of a participant.
     fn at_a_monitor(&self, command: &str) {
         let refused = self.run(command);
         let said = stderr(&refused);
@@ -92,7 +95,7 @@ fn the_tutorial_does_what_it_says() {
 
     let study = blocks.iter().find(|b| b.info == "json").expect("the study file");
     let small = study.text.replace("\"width_px\": 480, \"height_px\": 270", "\"width_px\": 32, \"height_px\": 18");
-    assert_ne!(small, study.text, "the size of the page's stimuli stands elsewhere");
+    assert_ne!(small, study.text, "the page no longer gives the stimuli's size in this form");
     std::fs::write(folder.path().join("glossy.json"), small).expect("the study file");
 
     let mut compared = 0;
@@ -109,12 +112,13 @@ fn the_tutorial_does_what_it_says() {
                 }
             }
             "sh monitor" => block.text.lines().for_each(|command| desk.at_a_monitor(command)),
-            // What installs, and the scripts of examples/ (analysis/tests/scripts.rs); what a person's session prints.
+            // These are not run: commands that install something, the scripts of examples/ (which
+            // analysis/tests/scripts.rs tests), and the output of real sessions.
             "sh install" | "json" | "text" | "text real" => {}
-            other => panic!("nobody knows what to do with a block of `{other}`"),
+            other => panic!("this test does not know blocks of `{other}`"),
         }
     }
-    assert!(compared >= 6, "{compared} outputs were compared");
+    assert!(compared >= 6, "only {compared} outputs were compared");
     assert!(folder.path().join("report.html").is_file() && folder.path().join("export/responses.csv").is_file());
 }
 
