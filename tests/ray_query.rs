@@ -1,5 +1,6 @@
-//! The reference by the device's ray queries and by our BVH: one picture. Runs where `tests/xr/root` has a Vulkan driver
-//! with ray queries in software; this machine's own device need not have any.
+//! Compares the pictures of the device's ray queries with those of our BVH and of the processor. Needs a Vulkan device.
+//! Its driver need not have ray queries: most tests run themselves again in the root folder that `tests/xr/root`
+//! builds, where a driver has ray queries in software. They are skipped, with a message, where there is no such folder.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -27,13 +28,13 @@ fn green(picture: &StereoPicture) -> impl Iterator<Item = f64> {
     picture.eyes.iter().flatten().map(|t| f64::from(t[1]))
 }
 
-/// Million rays a second in the pass `name`.
+/// The speed of the pass `name`, in millions of rays per second.
 fn speed(r: &Rendered, name: &str) -> f64 {
     let ms: f64 = r.passes.iter().filter(|p| p.name == name).map(|p| p.ms).sum();
     r.counters.rays as f64 / ms / 1e3
 }
 
-/// Run by the test below inside the root; by itself it needs a device with ray queries.
+/// The test below runs this one inside the root. By itself it needs a device with ray queries.
 #[test]
 #[ignore = "run by `ray_queries_and_the_bvh_make_one_picture` on a device with ray queries"]
 fn inside() {
@@ -45,7 +46,7 @@ fn inside() {
             let settings = Settings { trace, seed, fallback: Some(Fallback::Probe), ..settings(96, 54) };
             render(&gpu, &scene, method, &settings)
         };
-        // The same rays: the same hits but where rounding puts one on the other side of an edge.
+        // With the same rays the hits are the same, except where rounding puts one on the other side of an edge.
         let (bvh, query) = (by(Trace::Bvh, 1, "path-traced@32"), by(Trace::RayQuery, 1, "path-traced@32"));
         assert_eq!((bvh.tracer, query.tracer), (Some("bvh"), Some("ray-query")), "{name}");
         let (a, b) = (bvh.counters.hits as f64, query.counters.hits as f64);
@@ -54,11 +55,12 @@ fn inside() {
         let pixels = green(&bvh.reflection).zip(green(&query.reflection));
         let apart = pixels.filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
         assert!(apart < 0.01, "{name}: {:.2} % of the pixels differ", 100.0 * apart);
-        // Other rays: within the standard errors of both.
+        // With other rays the pictures agree within the standard errors of both.
         let other = by(Trace::RayQuery, 2, "path-traced@32");
         let (Some(ea), Some(eb)) = (&bvh.error, &other.error) else { panic!("the reference has a standard error") };
         let pairs = green(&bvh.reflection).zip(green(&other.reflection)).zip(green(ea).zip(green(eb)));
-        // Where all paths agree (mirrors, black) the errors are rounding.
+        // Pixels in which all paths agree (mirrors, black) are left out, because their estimated errors are only
+        // rounding.
         let z: Vec<f64> = pairs
             .filter(|((x, _), (ex, ey))| ex.hypot(*ey) > 1e-3 * x.abs().max(1e-6))
             .map(|((x, y), (ex, ey))| (x - y) / ex.hypot(ey))
@@ -68,9 +70,9 @@ fn inside() {
         let beyond = z.iter().filter(|z| z.abs() > 3.0).count() as f64 / n;
         assert!(n > 500.0, "{name}: {n} pixels with noise");
         assert!(mean.abs() < 4.0 / n.sqrt(), "{name}: mean of Δ/σ is {mean} over {n} pixels");
-        // 0.27 % of a normal law; few paths have heavier tails.
+        // A normal distribution has 0.27 % beyond 3 σ. Means over few paths have heavier tails.
         assert!(beyond < 0.03, "{name}: {:.2} % of {n} pixels lie beyond 3 σ", 100.0 * beyond);
-        // The other shaders that ask the geometry.
+        // The other shaders that ask the geometry must agree as well.
         for method in ["path-traced@2-resolved", "sssr", "stereo-hybrid"] {
             let (x, y) = (by(Trace::Bvh, 1, method), by(Trace::RayQuery, 1, method));
             let apart = green(&x.linear).zip(green(&y.linear)).filter(differs).count() as f64 / (2.0 * 96.0 * 54.0);
@@ -78,10 +80,13 @@ fn inside() {
             let difference =
                 green(&x.linear).zip(green(&y.linear)).map(|(a, b)| (a - b).abs()).sum::<f64>() / total(&x);
             println!("{name}, {method}: {:.2} % of the pixels differ, by {difference:.5} of the light", 100.0 * apart);
-            // A ray that rounding takes past an edge, or past the edge of a shadow, is shared by 25 pixels.
-            assert!(apart < 0.02 && difference < 0.005, "{name}, {method}: {apart} of the pixels, {difference}");
+            // The filter spreads a ray that rounding takes past an edge, or past the edge of a shadow, over 25 pixels.
+            assert!(
+                apart < 0.02 && difference < 0.005,
+                "{name}, {method}: {apart} of the pixels differ, by {difference} of the light"
+            );
         }
-        // And the one that finds ambient occlusion: the same rays in every pixel.
+        // So must the shader for ambient occlusion, which follows the same rays in every pixel.
         let ao = |trace: Trace| {
             let ao = AoSettings { method: Ao::RayTraced, rays: 64, ..AoSettings::default() };
             let settings = Settings { trace, ao, ..settings(96, 54) };
@@ -92,12 +97,18 @@ fn inside() {
         let hidden = x.iter().filter(|v| **v < 0.9).count();
         let apart_by_ray = x.iter().zip(&y).filter(|(a, b)| (*a - *b).abs() > 1.5 / 64.0).count() as f64;
         let difference = x.iter().zip(&y).map(|(a, b)| (a - b).abs()).sum::<f64>() / x.len() as f64;
-        println!("{name}, ambient occlusion: {apart_by_ray} of {} pixels by more than a ray, {difference:.6}", x.len());
-        assert!(hidden > 500, "{name}: ambient light is occluded in {hidden} pixels");
-        assert!(apart_by_ray < 0.005 * x.len() as f64 && difference < 1e-3, "{name}: {apart_by_ray}, {difference}");
         println!(
-            "{name}: {:.3} % of the pixels apart with the same rays; with others {:.2} % beyond 3 σ, mean {mean:.4}; \
-             {:.2} million rays/s by the BVH, {:.2} by ray queries",
+            "{name}, ambient occlusion: {apart_by_ray} of {} pixels differ by more than a ray, by {difference:.6} in the mean",
+            x.len()
+        );
+        assert!(hidden > 500, "{name}: ambient light is occluded in {hidden} pixels");
+        assert!(
+            apart_by_ray < 0.005 * x.len() as f64 && difference < 1e-3,
+            "{name}: {apart_by_ray} pixels differ, on average {difference}"
+        );
+        println!(
+            "{name}: {:.3} % of the pixels differ with the same rays; with others {:.2} % lie beyond 3 σ, and the \
+             mean of Δ/σ is {mean:.4}; {:.2} million rays per second by the BVH, {:.2} by ray queries",
             100.0 * apart,
             100.0 * beyond,
             speed(&bvh, "path_trace"),
@@ -107,7 +118,7 @@ fn inside() {
     println!("both ways agree");
 }
 
-/// Run by the measurement below inside the root.
+/// The test `the_three_tracers_agree_on_every_built_in_scene` runs this one inside the root.
 #[test]
 #[ignore = "run by `the_three_tracers_agree_on_every_built_in_scene` on a device with ray queries"]
 fn inside_every_scene() {
@@ -118,7 +129,7 @@ fn inside_every_scene() {
         let by = |(trace, seed): (Trace, u32)| {
             render(&gpu, &scene, "path-traced@16", &Settings { trace, seed, ..settings(160, 90) })
         };
-        // Each with random numbers of its own, so that they differ by noise alone.
+        // Each tracer has its own random numbers, so that the pictures may differ only by noise.
         let [bvh, query, cpu] = [(Trace::Bvh, 1), (Trace::RayQuery, 2), (Trace::Cpu, 3)].map(by);
         for (pair, a, b) in [("ray query, BVH", &query, &bvh), ("processor, ray query", &cpu, &query)] {
             let z = deviations(a, b);
@@ -139,7 +150,7 @@ fn root(script: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/xr").join(script)
 }
 
-/// Whether there is a root; where skipping is forbidden its absence is a failure.
+/// Whether there is a root. If not, prints why, or panics if `CYCLOPEAN_REQUIRE_XR` or `CI` forbids to skip the test.
 fn is_there() -> bool {
     let found = Command::new(root("root")).arg("--check").output().expect("tests/xr/root runs");
     let why = String::from_utf8_lossy(&found.stderr).trim().to_owned();
@@ -185,7 +196,7 @@ fn ray_queries_and_the_bvh_make_one_picture() {
     assert_eq!(report["trace"], "ray-query");
 }
 
-/// `cargo test --release --test ray_query -- --ignored --nocapture three_tracers`
+/// Takes minutes: `cargo test --release --test ray_query -- --ignored --nocapture three_tracers`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_three_tracers_agree_on_every_built_in_scene() {
@@ -214,7 +225,7 @@ fn a_device_without_ray_queries_says_so_and_takes_the_bvh() {
     let by = |done: &Output| serde_json::from_slice::<serde_json::Value>(&done.stdout).expect("JSON")["trace"].clone();
     assert_eq!(by(&run(&["--trace", "bvh"])), "bvh");
     assert_eq!(by(&run(&["--trace", "cpu"])), "cpu");
-    // Unasked, a software device leaves the reference's paths to the processor.
+    // Without --trace, a software device leaves the reference's paths to the processor.
     let (auto, is_cpu) = (run(&[]), pictures::gpu().is_cpu());
     assert!(!is_cpu || by(&auto) == "cpu");
     let asked = run(&["--trace", "ray-query"]);

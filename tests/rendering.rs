@@ -1,4 +1,6 @@
-//! Pictures whose answer is known: furnaces, mirrors, screen space against the reference, and what must not change.
+//! Tests rendering on scenes whose pictures are known: furnaces, mirrors, and a room in which screen space must
+//! converge to the path-traced reference. It also tests what must not change a picture, such as passes that were left
+//! out. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -30,7 +32,8 @@ fn a_mirror_under_a_constant_environment_shows_it() {
         let settings = Settings { fallback: Some(Fallback::Environment), ..settings(64, 64) };
         let rendered = render(&gpu, &scene, method, &settings);
         for texel in rendered.linear.eyes.iter().flatten() {
-            // A perfect mirror in a white world cannot be told from it; the BRDF table's reading errs by 1e-3.
+            // In a white environment a perfect mirror is white as well. Reading the BRDF table has an error of about
+            // 1e-3.
             assert!((texel[0] - 1.0).abs() < 2e-3, "{method}: {texel:?}");
         }
     }
@@ -45,13 +48,13 @@ fn a_furnace_gives_back_the_lobes_albedo() {
         // The middle pixel of the left eye sees the sphere almost head on.
         let center = rendered.reflection.eyes[0][16 * 33 + 16][0];
         let expected = albedo(0.9999, f64::from(roughness));
-        assert!((f64::from(center) - expected).abs() < 0.01, "r = {roughness}: {center} and {expected}");
+        assert!((f64::from(center) - expected).abs() < 0.01, "roughness {roughness}: {center} instead of {expected}");
         let most = rendered.reflection.eyes.iter().flatten().map(|t| t[0]).fold(0.0, f32::max);
-        assert!(most < 1.02, "r = {roughness}: a surface gave back {most} of 1");
+        assert!(most < 1.02, "roughness {roughness}: a surface reflects {most} of the light");
     }
 }
 
-/// A floor before a chequered, glowing wall: from this view everything the floor reflects is on screen.
+/// A floor before a striped, glowing wall. Everything that the floor reflects is in view.
 fn everything_visible(roughness: f32) -> Arc<Scene> {
     let floor = DAffine3::from_scale_rotation_translation(
         DVec3::new(3.0, 1.0, 1.0),
@@ -59,7 +62,7 @@ fn everything_visible(roughness: f32) -> Arc<Scene> {
         DVec3::new(0.0, 0.0, -1.2),
     );
     let mut parts = vec![(plane(4), material(roughness), floor)];
-    // Stripes of light, upright, facing the viewer (+Z).
+    // The wall consists of glowing stripes that face the viewer (+Z).
     for i in 0..10 {
         let color = if i % 2 == 0 { Vec3::new(1.0, 0.6, 0.2) } else { Vec3::new(0.05, 0.2, 0.6) };
         let upright = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
@@ -86,7 +89,7 @@ fn screen_space_converges_to_the_reference_where_everything_is_visible() {
     };
     let errors = [error(1), error(4), error(16)];
     println!("relative squared error at 1, 4 and 16 samples: {errors:.4?}");
-    // Noise falls as 1/samples; what is left at sixteen bounds the bias.
+    // The squared error of noise falls as 1/samples. What remains with 16 samples is an upper bound of the bias.
     assert!(errors[0] > 3.0 * errors[1] && errors[1] > 2.0 * errors[2], "{errors:?}");
     assert!(errors[2] < 0.04, "{errors:?}");
 }
@@ -111,7 +114,7 @@ fn passes_that_were_left_out_would_not_have_changed_the_picture() {
         for method in ["sssr", "sssr-thickness", "path-traced@2"] {
             let needed = render(&gpu, &scene, method, &settings(48, 32));
             let all = render(&gpu, &scene, method, &Settings { all_passes: true, ..settings(48, 32) });
-            assert!(all.left_out.len() < needed.left_out.len(), "{what}, {method}: something is left out");
+            assert!(all.left_out.len() < needed.left_out.len(), "{what}, {method}: no pass was left out");
             assert_eq!(needed.linear, all.linear, "{what}, {method}");
             assert_eq!(needed.display, all.display, "{what}, {method}");
         }
@@ -174,14 +177,14 @@ fn poor_scenes_give_a_picture() {
     let far = 1e6;
     let away = look(DVec3::new(far, 1.0, 2.0), DVec3::new(far, 0.0, 0.0));
     for (what, scene) in [
-        ("nothing", scene(Vec::new(), 0.5, view())),
+        ("an empty scene", scene(Vec::new(), 0.5, view())),
         ("no light", dark),
         ("a scene of a millimetre", scene(vec![(plane(1), material(0.3), tiny)], 0.5, small)),
         ("a thousand kilometres away", scene(vec![(plane(1), material(0.3), at(far, 0.0, 0.0))], 0.5, away)),
     ] {
         let scene = Arc::new(scene);
         for method in ["sssr", "path-traced@2"] {
-            // `render` fails on any value that is not finite.
+            // `render` panics on any value that is not finite.
             let rendered = render(&gpu, &scene, method, &settings(33, 17));
             assert_eq!(rendered.linear.eyes[0].len(), 33 * 17, "{what}, {method}");
         }
@@ -202,7 +205,8 @@ fn a_far_place_looks_like_a_near_one() {
     let (a, b) = (render(&gpu, &near, "sssr", &settings(48, 32)), render(&gpu, &far, "sssr", &settings(48, 32)));
     let most = a.linear.eyes.iter().flatten().zip(b.linear.eyes.iter().flatten());
     let differing = most.filter(|(x, y)| (x[0] - y[0]).abs() > 1e-3).count();
-    // f64 keeps 1e-10 m there; a ray in a hundred may fall on the other side of an edge.
+    // At that distance f64 is precise to about 1e-10 m. One ray in a hundred may still fall on the other side of an
+    // edge.
     assert!(differing < 48 * 32 * 2 / 100, "{differing}");
 }
 

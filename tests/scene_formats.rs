@@ -1,5 +1,6 @@
-//! What encoders of other people's make of one torus and one picture, read back and compared with the original; what
-//! extensions mean; and what hostile bytes in them come to. The files are described in tests/data/README.md.
+//! Tests the decoders of compressed meshes and pictures, the glTF extensions, and what happens with damaged files. The
+//! files are a torus and a picture that other people's encoders have compressed; the oracle is the original.
+//! tests/data/README.md describes them. Needs no GPU.
 
 use cyclopean::scene::{self, Alpha, Scene, Treatment};
 use glam::{Vec2, Vec3, Vec4};
@@ -27,7 +28,7 @@ fn load(name: &str) -> Scene {
     scene::load_bytes(name, &data(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A corner of a triangle in the world: position, normal, and where its texture is read.
+/// A corner of a triangle in world space: its position, its normal and its texture coordinates.
 type Corner = (Vec3, Vec3, Vec2);
 
 fn triangles(scene: &Scene) -> Vec<[Corner; 3]> {
@@ -47,7 +48,8 @@ fn triangles(scene: &Scene) -> Vec<[Corner; 3]> {
     out
 }
 
-/// How far two triangles are apart over the three ways to begin one of them: positions, normals, UVs.
+/// The largest differences of two triangles in positions, normals and UVs. The triangles may begin at different
+/// corners.
 fn apart(a: &[Corner; 3], b: &[Corner; 3]) -> [f32; 3] {
     let turned = |k: usize| {
         let mut most = [0.0f32; 3];
@@ -63,8 +65,8 @@ fn apart(a: &[Corner; 3], b: &[Corner; 3]) -> [f32; 3] {
 #[test]
 fn every_encoding_of_the_torus_is_the_torus() {
     let original = triangles(&load("torus.glb"));
-    // Steps of the encoders: Draco 14 bits of the box, 10 of the normals, 12 of the UVs; quantised positions 14 bits;
-    // meshopt's normals 8 bits; gltfpack's floats 15 bits.
+    // The tolerances follow from the encoders' steps. Draco keeps 14 bits of a position in the box, 10 of the normals
+    // and 12 of the UVs. Quantised positions have 14 bits, meshopt's normals 8 bits, and gltfpack's floats 15 bits.
     for (name, position, normal, uv) in [
         ("torus-draco.glb", 2e-4, 6e-3, 4e-4),
         ("torus-draco-sequential.glb", 2e-4, 6e-3, 4e-4),
@@ -86,11 +88,11 @@ fn every_encoding_of_the_torus_is_the_torus() {
         assert!(scene.extensions.iter().all(|e| e.treatment == Treatment::Read), "{name}: {:?}", scene.extensions);
         assert!(scene.repairs.is_empty(), "{name}: {:?}", scene.repairs);
         let picture = &scene.textures[0];
-        assert_eq!(*picture.rgba8, checker(), "{name}: the picture");
+        assert_eq!(*picture.rgba8, checker(), "{name}: the picture differs");
     }
 }
 
-/// The picture that the encoders were given.
+/// The original picture that the encoders compressed.
 fn checker() -> Vec<u8> {
     let texel = |i: usize| {
         let (x, y) = (i % 16, i / 16);
@@ -100,7 +102,7 @@ fn checker() -> Vec<u8> {
     (0..256).flat_map(texel).collect()
 }
 
-/// A triangle with the given materials, textures and images.
+/// A GLB of a triangle with the given material, textures and images.
 fn textured(images: &[Vec<u8>], textures: Value, material: Value) -> Vec<u8> {
     let positions: Vec<u8> =
         [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -153,7 +155,7 @@ fn error(bytes: &[u8]) -> String {
 
 #[test]
 fn compressed_pictures_are_the_picture() {
-    // WebP is lossless here; UASTC keeps 8 bits a texel's colour nearly, ETC1S four colours a block.
+    // This WebP file is lossless. UASTC keeps nearly 8 bits of a colour, and ETC1S keeps four colours in each block.
     for (name, extension, most, mean) in [
         ("checker.webp", "EXT_texture_webp", 0, 0.0),
         ("uastc.ktx2", "KHR_texture_basisu", 6, 2.0),
@@ -201,7 +203,7 @@ fn broken_pictures_are_one_sentence() {
 
 #[test]
 fn broken_geometry_is_one_sentence() {
-    // The stream's place in each file is found by what it begins with.
+    // The place of the Draco stream in the file is found by its first bytes.
     let draco = data("torus-draco.glb");
     let at = draco.windows(5).position(|w| w == b"DRACO").expect("a Draco stream");
     for (offset, byte, words) in [(0, 0u8, "not a Draco stream"), (7, 0, "holds no mesh"), (8, 99, "cannot be decoded")]
@@ -281,7 +283,11 @@ fn instances_stand_where_they_are_put_and_hidden_nodes_are_not_there() {
         )
     };
     let scene = scene::load_bytes("x", &file(json!(1))).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((scene.instances.len(), scene.primitives.len()), (3, 2), "three places, one of them mirrored");
+    assert_eq!(
+        (scene.instances.len(), scene.primitives.len()),
+        (3, 2),
+        "there are not three instances, one of them mirrored"
+    );
     let corner = |i: usize| {
         let instance = &scene.instances[i];
         assert!(instance.world_from_object.matrix3.determinant() > 0.0);
@@ -351,12 +357,12 @@ fn a_coat_shows_where_it_is_the_stronger_highlight() {
     let scene = material(&[], json!({ "pbrMetallicRoughness": surface(1.0), "extensions": coat }));
     assert_eq!(scene.materials[0].roughness, 0.7);
     assert!(scene.repairs.iter().any(|r| r.contains("its coat is left out")), "{:?}", scene.repairs);
-    // A texture says that nothing is metal, and where it is rough: the coat is smooth all over.
+    // If a texture says that nothing is metal, the coat replaces its roughness everywhere.
     let mut surface = surface(1.0);
     surface["metallicRoughnessTexture"] = json!({ "index": 0 });
     let scene = material(&[png(&[[0, 200, 0, 255]])], json!({ "pbrMetallicRoughness": surface, "extensions": coat }));
     let m = &scene.materials[0];
-    let slot = m.metallic_roughness_texture.as_ref().expect("the metal stays");
+    let slot = m.metallic_roughness_texture.as_ref().expect("the texture of the metal is kept");
     assert_eq!((m.roughness, &scene.textures[slot.texture].rgba8[..3]), (0.1, &[0u8, 255, 0][..]));
 }
 
@@ -373,7 +379,8 @@ fn specular_and_glossiness_become_metal_and_roughness() {
     let m = &scene.materials[0];
     assert_eq!((m.base_color, m.dielectric_f0), (Vec4::new(0.2, 0.4, 0.6, 1.0), Vec3::new(0.5, 0.4, 0.3)));
     assert_eq!((m.metallic, m.roughness), (0.0, 0.25));
-    // One texel of white metal, half as glossy as the factor; one of a red dielectric, not glossy at all.
+    // The first texel is white metal and half as glossy as the factor. The second is a red dielectric and not glossy at
+    // all.
     let scene = material(
         &[png(&[[0, 0, 0, 255], [200, 20, 20, 64]]), png(&[[255, 255, 255, 128], [56, 56, 56, 0]])],
         gloss(json!({ "diffuseTexture": { "index": 0 }, "specularGlossinessTexture": { "index": 1 } })),
@@ -463,7 +470,7 @@ proptest! {
         };
         for name in PACKED {
             let bytes = data(name);
-            // Damage the binary chunk too, where JSON would only fail to parse.
+            // Damage is also limited to the binary chunk, because damaged JSON usually just fails to parse.
             let binary = 28 + u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
             for first in [0, binary] {
                 let said = scene::load_bytes(name, &damage(bytes.clone(), first));

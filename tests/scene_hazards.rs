@@ -1,11 +1,12 @@
-//! Tiny hand-made glTFs: every core feature read right, every bad input an error that names the place.
+//! Tests the glTF loader with small hand-made files. The core features must be read correctly, and bad input must give
+//! an error that names the place. The expected values are computed by hand. Needs no GPU.
 
 use cyclopean::scene::{self, LightSource, Scene};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-/// A document under construction: one buffer as a data URI.
+/// A glTF document under construction. Its only buffer becomes a data URI or the binary chunk of a GLB.
 struct Doc {
     root: Value,
     bytes: Vec<u8>,
@@ -120,7 +121,7 @@ fn lists_strips_fans_and_unindexed() {
         let p = &scene.primitives[0];
         for t in p.indices.chunks(3) {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| p.positions[i as usize]);
-            assert!((b - a).cross(c - a).z > 0.0, "mode {mode}: winding kept");
+            assert!((b - a).cross(c - a).z > 0.0, "mode {mode}: the winding is reversed");
         }
     }
     let mut doc = Doc::new();
@@ -152,7 +153,7 @@ fn index_widths_and_glb_agree() {
 #[test]
 fn sparse_normalised_colours_and_morphs() {
     let mut doc = square();
-    // Positions: zeros but for two sparse ones; a morph target lifts vertex 0 by 2 at weight ½.
+    // All positions are 0 except two sparse ones. A morph target with weight ½ lifts vertex 0 by 2.
     let (at, to) = (doc.view(&[1, 2]), doc.view(&[1.0f32, 0.0, 0.0, 1.0, 1.0, 0.0].map(f32::to_le_bytes).concat()));
     let accessors = doc.root["accessors"].as_array_mut().expect("array");
     accessors.push(json!({
@@ -203,7 +204,7 @@ fn skins_pose_their_vertices() {
     let scene = doc.load();
     let i = &scene.instances[0];
     let p = i.world_from_object.transform_point3(scene.primitives[0].positions[1].as_dvec3());
-    assert!((p - DVec3::new(4.0, 0.0, 0.0)).length() < 1e-6, "half a turn about the joint: {p}");
+    assert!((p - DVec3::new(4.0, 0.0, 0.0)).length() < 1e-6, "the vertex is not turned half about the joint: {p}");
 }
 
 #[test]
@@ -233,7 +234,7 @@ fn lights_cameras_and_materials() {
     assert!(
         matches!(scene.lights[0].source, LightSource::Spot { intensity, outer_rad, .. } if intensity == Vec3::new(4.0, 2.0, 0.0) && outer_rad == 0.5)
     );
-    assert_eq!(scene.lights.len(), 1, "a lit scene gets no extra sun");
+    assert_eq!(scene.lights.len(), 1, "a scene with a light got a sun as well");
     let view = &scene.views[0];
     assert!(view.name == "eye" && view.ipd_m == 0.063 && view.position == DVec3::new(0.0, 0.0, 3.0));
     let m = &scene.materials[0];
@@ -259,9 +260,9 @@ fn a_normal_map_without_tangents_gets_mikktspace() {
     doc.root["materials"] = json!([{ "normalTexture": slot, "pbrMetallicRoughness": { "baseColorTexture": slot } }]);
     let scene = doc.load();
     let p = &scene.primitives[0];
-    // u runs along +X, the image's up is +Y = w · cross(+Z, +X).
+    // u increases along +X, and the image's upward direction is +Y = w · cross(+Z, +X).
     assert!(p.tangents.iter().all(|t| (t.truncate() - Vec3::X).length() < 1e-5 && t.w == 1.0), "{:?}", p.tangents);
-    assert_eq!(scene.textures.len(), 2, "once as data, once as colour");
+    assert_eq!(scene.textures.len(), 2, "the image is not there once as data and once as colour");
     assert!(scene.textures.iter().any(|t| t.srgb) && scene.textures.iter().any(|t| !t.srgb));
     for slot in [&scene.materials[0].normal_texture, &scene.materials[0].base_color_texture] {
         let m = slot.as_ref().expect("a texture").transform;
@@ -321,7 +322,7 @@ fn empty_degenerate_and_zero_normal_scenes_load() {
     assert!(empty.instances.is_empty() && empty.views[0].position.is_finite());
 }
 
-/// A GLB with most features, for mutation.
+/// A GLB with most features, to be mutated.
 fn rich() -> Vec<u8> {
     let mut doc = square();
     let joints = doc.accessor(&[0u8; 16], 5121, 4, "VEC4");

@@ -1,5 +1,6 @@
-//! Every built-in scene, and every real scene beside the checkout, renders by every method without a message from
-//! the validation layer and without a value that is no number.
+//! Renders every built-in scene, and the real scenes in `shared/scenes` beside the repository, by `sssr` and by path
+//! tracing. There must be no message of the validation layer and no value that is not finite. Needs a Vulkan device.
+//! The test of the real scenes is skipped, with a message, where they are absent.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -19,7 +20,10 @@ fn look_at(source: &str, settings: &Settings) {
         assert_eq!((rendered.counters.nan, rendered.counters.inf), (0, 0), "{source}, {method}");
         for eye in &rendered.linear.eyes {
             let mean = eye.iter().map(|t| f64::from(t[1])).sum::<f64>() / eye.len() as f64;
-            assert!((0.005..20.0).contains(&mean), "{source}, {method}: exposure is off, mean {mean}");
+            assert!(
+                (0.005..20.0).contains(&mean),
+                "{source}, {method}: the picture is too dark or too bright, mean {mean}"
+            );
         }
         assert!(rendered.counters.rays > 0 && rendered.counters.hits > 0, "{source}, {method}: nothing reflects");
     }

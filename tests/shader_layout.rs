@@ -1,4 +1,5 @@
-//! The structures of `shaders/common/shared.glsl` and `src/render/shared.rs` have the same fields at the same offsets.
+//! Checks that the structures of `shaders/common/shared.glsl` and `src/render/shared.rs` have the same fields at the
+//! same offsets. The oracle is the reflection of the compiled SPIR-V. Needs no GPU.
 #![cfg(feature = "gpu")]
 
 use std::collections::BTreeMap;
@@ -99,7 +100,7 @@ fn host() -> BTreeMap<String, Layout> {
     ])
 }
 
-/// Every structure below a type, by name, with its array stride where it lies in an array.
+/// Adds every structure in a type to `found`, by its name, with the stride of the array in which it lies, if any.
 fn collect(ty: &Type, found: &mut BTreeMap<String, Vec<(Layout, Option<usize>)>>, stride: Option<usize>) {
     match ty {
         Type::Struct(s) => {
@@ -139,7 +140,8 @@ fn host_and_shaders_agree_on_every_offset() {
         ("LightMapsData", size_of::<LightMapsData>()),
     ]);
     for (name, layout) in host() {
-        let in_shaders = found.get(&name).unwrap_or_else(|| panic!("no shader uses {name}: remove it on both sides"));
+        let in_shaders =
+            found.get(&name).unwrap_or_else(|| panic!("no shader uses {name}; remove it from Rust and GLSL"));
         for (fields, stride) in in_shaders {
             assert_eq!(fields, &layout, "{name}");
             if let (Some(stride), Some(size)) = (stride, strides.get(name.as_str())) {

@@ -1,4 +1,5 @@
-//! Shading shared by the eyes against shading in full: error, time, edges, and what must not change.
+//! Tests shading that the eyes share against full shading, which is the oracle: its errors, also at edges, how much it
+//! reuses, and what it must not change. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -13,15 +14,16 @@ use cyclopean::scene::{self, Light, LightSource, Material, Scene, StereoCamera, 
 use glam::{DQuat, DVec3, Vec3};
 use pictures::{gpu, look, material, plane, scene as make_scene, settings, sphere};
 
-/// What the passes that light the surfaces are called.
+/// The names of the passes that light the surfaces.
 const LIGHTING: [&str; 5] = ["shadows", "lights", "indirect", "shading_reuse", "lighting"];
 
-/// A dielectric of this roughness and colour.
+/// A dielectric material with this roughness and colour.
 fn paint(roughness: f32, color: [f32; 3]) -> Material {
     Material { metallic: 0.0, base_color: Vec3::from(color).extend(1.0), ..material(roughness) }
 }
 
-/// `n` point lights of one strength together, spread evenly (R3, Roberts 2018) over a box before the view.
+/// `n` point lights, spread evenly (R3, Roberts 2018) over a box before the view. Their total strength does not depend
+/// on `n`.
 fn lights_before(view: &View, n: usize) -> Vec<Light> {
     let axis = |v: DVec3| view.world_from_view * v;
     (0..n)
@@ -37,7 +39,7 @@ fn lights_before(view: &View, n: usize) -> Vec<Light> {
         .collect()
 }
 
-/// A hall: floor, back wall, side wall, columns and balls of several roughnesses.
+/// A hall with a floor, a back wall, a side wall, columns, and balls with different roughnesses.
 fn hall(lights: usize) -> Scene {
     let upright = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let side = DQuat::from_rotation_z(-std::f64::consts::FRAC_PI_2);
@@ -59,7 +61,7 @@ fn hall(lights: usize) -> Scene {
     made
 }
 
-/// A built-in scene in the light of `n` lamps and nothing else than its environment.
+/// A built-in scene, lit only by its environment and by `n` lamps.
 fn built_in(name: &str, n: usize) -> Scene {
     let mut made = scene::load(name).expect("a built-in scene");
     made.lights = lights_before(&made.views[0], n);
@@ -76,7 +78,8 @@ fn prepare(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> Prepared {
     renderer.prepare(&camera(scene, settings), &method, settings).expect("prepared")
 }
 
-/// A frame that is lit anew: its time of lighting (ms), its radiance without traced reflections.
+/// Renders a frame whose lighting is computed anew. Returns the time of its lighting in milliseconds, and its radiance
+/// without traced reflections.
 fn lit(prepared: &mut Prepared) -> (f64, StereoPicture) {
     let camera = *prepared.camera();
     prepared.set_camera(&camera);
@@ -95,8 +98,8 @@ fn largest(c: [f32; 3]) -> f32 {
     c[0].max(c[1]).max(c[2])
 }
 
-/// Of each pixel of the right eye: the largest difference of a channel over the brightest channel in full, which counts as
-/// no less than a hundredth of the picture's mean.
+/// The error of each pixel of the right eye: the largest difference of a channel, divided by the brightest channel of
+/// full shading. The divisor is at least a hundredth of the picture's mean.
 fn errors(shared: &StereoPicture, full: &StereoPicture) -> Vec<f64> {
     let mean = full.eyes[1].iter().map(|p| f64::from(largest(*p))).sum::<f64>() / full.eyes[1].len() as f64;
     let pairs = shared.eyes[1].iter().zip(&full.eyes[1]);
@@ -112,7 +115,7 @@ fn share(errors: &[f64], above: f64) -> f64 {
     errors.iter().filter(|e| **e > above).count() as f64 / errors.len() as f64
 }
 
-/// Of the right eye's surfaces, how many took their light from the left one.
+/// The share of the right eye's surface pixels that took their light from the left eye.
 fn reused(prepared: &Prepared) -> f64 {
     let geometry = prepared.geometry().expect("read");
     let surfaces = geometry.eyes[1].instance.iter().filter(|i| **i > 0).count();
@@ -133,12 +136,12 @@ fn switched_off_it_leaves_no_trace() {
     let auto = Settings { shading_reuse: ShadingReuse::Auto, ..off.clone() };
     assert!(serde_json::to_value(&off).expect("JSON").get("shading_reuse").is_none());
     let [mut without, mut with] = [&off, &auto].map(|settings| prepare(&gpu, &scene, settings));
-    assert!(!with.needs().shading_reuse, "one light does not pay");
+    assert!(!with.needs().shading_reuse, "shading is shared for a single light");
     assert_eq!(with.pixels_lit_again().expect("read"), None);
     assert_eq!(lit(&mut without).1.eyes, lit(&mut with).1.eyes);
     let many = Arc::new(hall(64));
     assert!(prepare(&gpu, &many, &auto).needs().shading_reuse);
-    // Where the processor finds the shadows there is nothing to gain, unless sharing is insisted on.
+    // Where the processor finds the shadows, shading is shared only with `Always`, because nothing is gained by it.
     let by = |trace: Trace, shading_reuse: ShadingReuse| {
         let settings = Settings { shadows: true, trace, shading_reuse, ..off.clone() };
         let prepared = prepare(&gpu, &many, &settings);
@@ -150,11 +153,11 @@ fn switched_off_it_leaves_no_trace() {
     let mut renderer = Renderer::new(&gpu, Arc::clone(&many)).expect("uploaded");
     let reference = Method::parse("path-traced@1").expect("a method");
     let prepared = renderer.prepare(&camera(&many, &auto), &reference, &auto).expect("prepared");
-    assert!(!prepared.needs().shading_reuse, "the reference shares nothing");
+    assert!(!prepared.needs().shading_reuse, "the reference shares shading");
     gpu.check_validation().expect("no message");
 }
 
-/// Full and shared shading of one scene.
+/// The pictures of a scene with full and with shared shading, and the prepared renderer of the latter.
 fn both(gpu: &Rc<Gpu>, scene: &Arc<Scene>, full: &Settings) -> (StereoPicture, StereoPicture, Prepared) {
     let shared = Settings { shading_reuse: ShadingReuse::Always, ..full.clone() };
     let (mut in_full, mut of_both) = (prepare(gpu, scene, full), prepare(gpu, scene, &shared));
@@ -223,7 +226,7 @@ fn no_ghost_stands_beside_what_is_near() {
             }
         }
     }
-    // A ghost would be the ball's light on the wall: several times as bright.
+    // A ghost would put the ball's light on the wall, which would be several times as bright.
     assert!(edge > 500 && worst <= 0.06, "{edge} pixels, {worst}");
     assert!(reused(&prepared) >= 0.6, "{}", reused(&prepared));
 }
@@ -232,12 +235,12 @@ fn no_ghost_stands_beside_what_is_near() {
 fn excluded_materials_are_lit_in_full_to_the_bit() {
     let gpu = gpu();
     let mut scene = hall(8);
-    // The floor and every second thing that stands on it.
+    // The floor and every second other material are excluded.
     for i in (0..scene.materials.len()).step_by(2) {
         scene.materials[i].shading_reuse = false;
     }
     let excluded: Vec<bool> = scene.primitives.iter().map(|p| !scene.materials[p.material].shading_reuse).collect();
-    // Without traced reflections, which show the others.
+    // Reflections are not traced, because they would show the materials that are not excluded.
     let full = Settings { ray_roughness_limit: -1.0, ..settings(160, 90) };
     let (in_full, shared, prepared) = both(&gpu, &Arc::new(scene), &full);
     let geometry = prepared.geometry().expect("read");
@@ -270,7 +273,7 @@ fn another_pose_and_another_light_are_lit_anew() {
     let (after, expected) = (lit(&mut of_both).1, lit(&mut in_full).1);
     assert!(share(&errors(&after, &expected), 0.02) <= 0.005);
     assert!(share(&errors(&after, &before), 0.02) > 0.2);
-    // A still that is rendered again is lit once, and keeps what the eyes share.
+    // When a still view is rendered again, it keeps its lighting, shared or not.
     let again = of_both.frame(&mut |_, _| Ok(())).expect("a frame");
     assert!(again.passes.iter().all(|p| !["shadows", "shading_reuse"].contains(&p.name.as_str())));
 
@@ -313,7 +316,7 @@ fn a_manifest_excludes_materials_by_name() {
     assert!(error.contains("plastic") && error.contains("no material of that name"), "{error}");
 }
 
-/// The table of docs/rendering.md.
+/// Prints the table of docs/rendering.md.
 #[test]
 #[ignore = "a measurement of several minutes"]
 fn measure() {
@@ -332,7 +335,8 @@ fn measure() {
         for n in counts.split(',').map(|n| n.parse::<usize>().expect("a number")) {
             let scene = Arc::new(if name == "hall" { hall(n) } else { built_in(name, n) });
             for shadows in [false, true] {
-                // Both by the device: on a software one the processor would find the shadows of full shading.
+                // The device finds the shadows of both. By default the processor would find those of full shading on a
+                // software device.
                 let full = Settings { shadows, trace: Trace::Bvh, ..settings(width, height) };
                 let shared = Settings { shading_reuse: ShadingReuse::Always, ..full.clone() };
                 let mut both = [prepare(&gpu, &scene, &full), prepare(&gpu, &scene, &shared)];

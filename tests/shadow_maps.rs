@@ -1,4 +1,5 @@
-//! Shadows in maps against shadows by rays, and what maps must not do: acne, leaks, and a change of pictures without them.
+//! Tests shadow maps. The oracle is shadows by rays. Maps must have no acne and no leaks, and must not change pictures
+//! that do not use them. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -20,7 +21,8 @@ fn maps(width: u32, height: u32) -> Settings {
     Settings { shadows_by: Shadows::Maps, ..settings(width, height) }
 }
 
-/// Green of light with shadows over light without them, by eye and pixel; `None` where there is no light.
+/// For each eye and pixel, the green light with shadows divided by that without shadows, or `None` where there is no
+/// light.
 fn shares(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> Vec<Vec<Option<f32>>> {
     let lit = render(gpu, scene, "sssr", &Settings { shadows: false, ..settings.clone() });
     let dark = render(gpu, scene, "sssr", settings);
@@ -31,7 +33,7 @@ fn shares(gpu: &Rc<Gpu>, scene: &Arc<Scene>, settings: &Settings) -> Vec<Vec<Opt
     (0..2).map(eye).collect()
 }
 
-/// The largest and smallest share in the square of pixels about one.
+/// The smallest and the largest share in the square of pixels about one.
 fn around(shares: &[Option<f32>], width: u32, i: usize, reach: i64) -> (f32, f32) {
     let (width, x, y) = (i64::from(width), i as i64 % i64::from(width), i as i64 / i64::from(width));
     let height = shares.len() as i64 / width;
@@ -125,7 +127,7 @@ fn nothing_shadows_a_plane_that_stands_alone() {
     }
 }
 
-/// Six walls with a ball in the middle, seen from within.
+/// A closed room with a ball in it, seen from within.
 fn room(lights: Vec<Light>) -> Arc<Scene> {
     let side = |turn: DQuat, at: [f64; 3]| {
         (plane(3), chalk(), DAffine3::from_scale_rotation_translation(DVec3::splat(4.0), turn, at.into()))
@@ -161,12 +163,12 @@ fn a_closed_room_lets_no_light_in() {
         let lit = render(&gpu, &room(vec![light]), "sssr", &Settings { shadows: false, ..maps(96, 64) });
         let shot = render(&gpu, &room(vec![light]), "sssr", &maps(96, 64));
         let most = |r: &Rendered| r.linear.eyes.iter().flatten().map(|t| t[1]).fold(0.0, f32::max);
-        assert!(most(&lit) > 0.01, "{what}: nothing to keep out");
-        assert!(most(&shot) <= 1e-4, "{what}: {} comes in", most(&shot));
+        assert!(most(&lit) > 0.01, "{what}: without shadows the light does not reach the room either");
+        assert!(most(&shot) <= 1e-4, "{what}: light of {} comes in", most(&shot));
     }
 }
 
-/// A floor, a chalk and a polished ball.
+/// A polished floor with a chalk ball and a polished one.
 fn balls(lights: Vec<Light>) -> Arc<Scene> {
     let ball = |material: Material, x: f64| {
         let place = DAffine3::from_scale_rotation_translation(DVec3::splat(0.5), DQuat::IDENTITY, [x, 0.5, 0.0].into());
@@ -197,7 +199,7 @@ fn many_lights_and_lights_within_matter_are_drawn() {
     let scene = balls(many);
     let (rays, mapped) = (render(&gpu, &scene, "sssr", &settings(48, 32)), render(&gpu, &scene, "sssr", &maps(48, 32)));
     let ratio = mean(&mapped) / mean(&rays);
-    assert!((ratio - 1.0).abs() < 0.03, "64 lights are {ratio} of the light that rays find");
+    assert!((ratio - 1.0).abs() < 0.03, "with 64 lights, maps give {ratio} of the light that rays give");
     let inside = [
         point(DVec3::new(-0.6, 0.5, 0.0)),
         point(DVec3::new(0.0, -0.5, 0.0)),
@@ -229,8 +231,8 @@ fn a_penumbra_is_about_as_wide_as_by_rays() {
             by_rays.iter().zip(&by_maps).filter_map(|(a, b)| Some(f64::from((a.as_ref()? - b.as_ref()?).abs())));
         let (sum, count) = pairs.fold((0.0, 0), |(sum, n), d| (sum + d, n + 1));
         let (wide, error) = (half(&by_maps) / half(&by_rays), sum / f64::from(count));
-        println!("{what}: penumbra {wide:.3} of the rays', mean difference {error:.4}");
-        assert!((0.5..1.5).contains(&wide), "{what}: the penumbra covers {wide} of what it covers by rays");
+        println!("{what}: the penumbra has {wide:.3} of the rays' pixels, mean difference {error:.4}");
+        assert!((0.5..1.5).contains(&wide), "{what}: the penumbra covers {wide} of the pixels that it covers by rays");
         assert!(error < 0.02, "{what}: {error}");
     }
 }
@@ -247,7 +249,7 @@ fn glass_lets_its_share_through() {
     for eye in 0..2 {
         for (i, share) in by_maps[eye].iter().enumerate() {
             let Some(found) = share else { continue };
-            // Well within the shadow of the plate.
+            // Only pixels well within the shadow of the plate count.
             if around(&by_rays[eye], WIDTH, i, 3).1 < 0.5 {
                 sum += found;
                 count += 1;
@@ -286,8 +288,9 @@ fn maps_are_made_where_a_light_casts_and_are_asked_for_and_drawn_once() {
         assert!(names.contains(&"shadows_mapped") && !names.contains(&"shadows"), "{names:?}");
         names.contains(&"shadow_map")
     };
-    // At first, not for a step, and again for a walk: the sun's inner cascade follows the head.
+    // A map is drawn at first, not after a small step, and again after a longer way, because the sun's inner cascade
+    // follows the head.
     assert_eq!([0.0, 0.01, 1.5].map(&mut drawn), [true, false, true]);
-    assert!(prepared.tracer().is_none(), "rays ask the geometry");
+    assert!(prepared.tracer().is_none(), "geometry for rays was built");
     gpu.check_validation().expect("no message");
 }

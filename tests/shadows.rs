@@ -1,4 +1,5 @@
-//! Shadows against closed forms, sums of lights, and what must not change without them.
+//! Tests shadows by rays. The oracles are closed forms for a box, a plate and a disc, and sums over single lights. It
+//! also tests what shadows must not change. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -14,7 +15,8 @@ use pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, s
 const WIDTH: u32 = 120;
 const HEIGHT: u32 = 90;
 
-/// Where each pixel's centre meets the floor, and the width of its footprint there, metres.
+/// For each pixel, the place where the ray through its centre meets the floor, and the width of its footprint there in
+/// metres.
 fn on_floor(camera: &StereoCamera, eye: Eye) -> Vec<Option<(DVec3, f64)>> {
     let e = camera.eye(eye);
     let [left, right, down, up] = [e.fov.left_rad, e.fov.right_rad, e.fov.down_rad, e.fov.up_rad].map(f64::tan);
@@ -33,7 +35,7 @@ fn on_floor(camera: &StereoCamera, eye: Eye) -> Vec<Option<(DVec3, f64)>> {
         .collect()
 }
 
-/// Light with shadows over light without them, pixel by pixel; `None` where there is no light at all.
+/// For each pixel, the light with shadows divided by that without shadows, or `None` where there is no light at all.
 fn visibility(
     gpu: &std::rc::Rc<cyclopean::gpu::Gpu>,
     scene: &Arc<Scene>,
@@ -48,7 +50,8 @@ fn visibility(
     })
 }
 
-/// Whether the way from `from` along `to` meets the box [−a, a]² × [low, high] before its end.
+/// Whether the line from `from` to `from + to` meets the box of half side `a` in x and z between the heights `low` and
+/// `high`.
 fn meets_box(from: DVec3, to: DVec3, a: f64, low: f64, high: f64) -> bool {
     let (lower, upper) = (DVec3::new(-a, low, -a), DVec3::new(a, high, a));
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
@@ -86,7 +89,7 @@ fn a_boxs_umbra_ends_within_a_pixel_of_its_closed_form() {
             let position = camera.eye(eye).position;
             for (i, (floor, share)) in on_floor(&camera, eye).into_iter().zip(&seen[eye.layer()]).enumerate() {
                 let (Some((p, width)), Some(share)) = (floor, share) else { continue };
-                // The floor behind the box is not on the picture.
+                // Pixels that show the box, or nothing of the floor, are left out.
                 if p.x.abs() > 4.9
                     || p.z.abs() > 4.9
                     || meets_box(position, p - position, a + 0.05, low - 0.05, high + 0.05)
@@ -118,7 +121,7 @@ fn a_boxs_umbra_ends_within_a_pixel_of_its_closed_form() {
 fn a_penumbra_is_the_share_of_the_suns_disc_within_the_standard_error() {
     let gpu = gpu();
     let (height, angle) = (0.8, 0.35f32);
-    // A plate over x < 0, so that the sun straight above is cut by its edge.
+    // A plate over x < 0 hides a part of the sun, which is straight above.
     let plate =
         DAffine3::from_translation(DVec3::new(-4.0, height, 0.0)) * DAffine3::from_scale(DVec3::new(8.0, 1.0, 8.0));
     let sun = LightSource::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE };
@@ -139,7 +142,7 @@ fn a_penumbra_is_the_share_of_the_suns_disc_within_the_standard_error() {
             }
             let s = (p.x / radius).clamp(-1.0, 1.0);
             let expected = 0.5 + (s * (1.0 - s * s).sqrt() + s.asin()) / PI;
-            // Of independent samples; ours are stratified.
+            // This is the standard error of independent samples. The renderer's samples are stratified.
             let standard_error = (expected * (1.0 - expected) / f64::from(rays)).sqrt();
             worst = worst.max((share - expected).abs() - 3.0 * standard_error);
             sum += share - expected;
@@ -147,16 +150,16 @@ fn a_penumbra_is_the_share_of_the_suns_disc_within_the_standard_error() {
         }
     }
     println!(
-        "{count} pixels of the penumbra: mean difference {:.5}, worst beyond 3 standard errors {worst:.4}",
+        "{count} pixels of the penumbra: mean difference {:.5}, largest excess over 3 standard errors {worst:.4}",
         sum / f64::from(count)
     );
     assert!(count > 300, "{count}");
     assert!((sum / f64::from(count)).abs() < 0.003, "the mean share is off by {}", sum / f64::from(count));
-    // Where the rim of the disc is all alike, up to 3 % of it may differ.
+    // Near the edges of the penumbra the standard error is close to 0. A pixel may exceed three of them by 0.03.
     assert!(worst < 0.03, "a pixel is off by {worst} more than three standard errors");
 }
 
-/// A polished floor with a chalk ball and a screen of paper before the lights.
+/// A polished floor with a chalk ball, under these lights.
 fn several(lights: Vec<Light>) -> Arc<Scene> {
     let parts = vec![
         (plane(2), material(0.2), DAffine3::from_scale(DVec3::new(6.0, 1.0, 6.0))),
@@ -189,7 +192,7 @@ fn the_reference_under_all_lights_is_the_sum_of_references_under_one() {
         for (i, texel) in all.linear.eyes[eye].iter().enumerate() {
             for (c, value) in texel.iter().enumerate() {
                 let sum: f32 = single.iter().map(|s| s.linear.eyes[eye][i][c]).sum();
-                // The lit view is kept in fp16.
+                // The tolerance allows for the lit view in fp16.
                 assert!((value - sum).abs() <= 2e-3 * sum + 1e-4, "eye {eye}, pixel {i}: {value} and {sum}");
             }
         }
@@ -209,7 +212,10 @@ fn lights_without_shadows_give_the_picture_of_no_shadows_to_the_bit() {
         let on = render(&gpu, &casting, method, &settings(48, 32));
         assert!(off.linear == none.linear, "{method}: lights that cast nothing changed the picture");
         assert!(off.linear != on.linear, "{method}: the ball casts no shadow");
-        assert!(none.left_out.iter().any(|p| p.name == "shadows"), "{method}: the pass ran for nothing");
+        assert!(
+            none.left_out.iter().any(|p| p.name == "shadows"),
+            "{method}: the pass ran without a light that casts shadows"
+        );
         assert!(!none.passes.iter().any(|p| p.name == "shadows"), "{method}");
         assert!(on.passes.iter().any(|p| p.name == "shadows"), "{method}");
     }
@@ -233,8 +239,8 @@ fn shadows_are_the_same_under_every_method_and_seed() {
         let largest = first.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(largest < 2e-3, "{method}, seed {seed}: {largest}");
     }
-    // A guard band moves every pixel in the image that is drawn, and no soft shadow may see that. Along silhouettes the
-    // rasteriser may decide otherwise: one value in a hundred is let go.
+    // A guard band moves every pixel in the drawn image. Soft shadows must not change by that. One value in a hundred
+    // may differ, because the rasteriser may decide otherwise along silhouettes.
     for trace in [Trace::Cpu, Trace::Bvh] {
         let plain = without_reflection_by(trace, "sssr", 1);
         let banded = without_reflection_by(trace, "sssr-guardband", 1);

@@ -1,4 +1,5 @@
-//! Real scenes beside the repository load whole; where they are absent the tests say so and pass.
+//! Loads real scenes and environments, which lie in `shared/scenes` beside the repository, and checks what the renderer
+//! needs of every scene. The tests are skipped, with a message, where that folder is absent. Needs no GPU.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,7 @@ fn shared() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// What every loaded scene owes the renderer.
+/// Checks what the renderer needs of every loaded scene.
 fn check(scene: &Scene) {
     assert!(!scene.views.is_empty() && !scene.instances.is_empty());
     for p in &scene.primitives {
@@ -85,6 +86,6 @@ fn environment_files_light_a_scene() {
         check(&scene);
         let texels = &scene.environment.radiance.texels;
         assert!(scene.environment.radiance.width <= 2048 && texels.iter().flatten().all(|c| *c <= 50.0));
-        assert!(texels.iter().flatten().any(|c| *c > 0.1), "{file} is not dark");
+        assert!(texels.iter().flatten().any(|c| *c > 0.1), "{file} is dark");
     }
 }

@@ -1,4 +1,5 @@
-//! What the stereo-consistent method promises over the baseline, on scenes small enough to know the answer.
+//! Tests what the stereo-consistent method promises over the baseline `sssr`, in a small hall. The oracle is the
+//! path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -26,7 +27,7 @@ fn the_other_eye_answers_rays_that_the_baseline_misses() {
 #[test]
 fn it_comes_nearer_to_the_reference_than_the_baseline() {
     let gpu = gpu();
-    // Parallel eyes, and five degrees each.
+    // The eyes are parallel, or canted by five degrees each.
     for cant in [0.0, 5f64.to_radians()] {
         let mut scene = (*hall(0.25)).clone();
         scene.views[0].cant_rad = cant;
@@ -41,7 +42,7 @@ fn it_comes_nearer_to_the_reference_than_the_baseline() {
         let (baseline, stereo) = (error("sssr@4"), error("stereo@4"));
         println!("cant {cant:.3}: {:.3} of the baseline's error", stereo / baseline);
         assert!(stereo < 0.95 * baseline, "cant {cant}: {stereo} and {baseline} by the baseline");
-        assert!(stereo < error("stereo-no-fade@4"), "cant {cant}: the fade is worth something");
+        assert!(stereo < error("stereo-no-fade@4"), "cant {cant}: the method is no better than without the fade");
         let (adaptive, hybrid) = (error("stereo-adaptive@4"), error("stereo-hybrid@4"));
         println!("cant {cant:.3}: adaptive {:.3}, hybrid {:.3}", adaptive / baseline, hybrid / baseline);
         assert!(adaptive < 0.97 * baseline, "cant {cant}: {adaptive} and {baseline} by the baseline");
@@ -61,8 +62,8 @@ fn eyes_in_one_place_with_one_stream_see_the_same() {
         let rendered = render(&gpu, &scene, method, &settings);
         assert_eq!(rendered.linear.eyes[0], rendered.linear.eyes[1], "{method}");
     }
-    // Without reuse between the eyes nothing is left that could differ from the baseline but the world fraction's
-    // rounding where a ray was handed over and back.
+    // Without reuse between the eyes the method may differ from the baseline only by the rounding of the world
+    // fraction, where a ray went to the other eye's view and back.
     let (a, b) = (render(&gpu, &scene, "sssr", &settings), render(&gpu, &scene, "stereo-no-reprojection", &settings));
     let differing = a.linear.eyes[0].iter().zip(&b.linear.eyes[0]).filter(|(x, y)| x != y).count();
     assert!(differing * 100 < a.linear.eyes[0].len(), "{differing} pixels");
@@ -86,7 +87,7 @@ fn exchanged_eyes_exchange_the_pictures() {
 fn reuse_between_the_eyes_makes_their_noise_alike() {
     let gpu = gpu();
     let mut scene = (*hall(0.45)).clone();
-    // So near that the same pixel of both eyes shows the same: what differs is noise.
+    // The eyes are so close together that the same pixel shows the same in both. What differs is noise.
     scene.views[0].ipd_m = 1e-3;
     let scene = Arc::new(scene);
     let difference = |method: &str| {

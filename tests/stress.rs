@@ -1,4 +1,5 @@
-//! `cyclopean stress`: the real program, every case; and that a case can fail.
+//! Tests `cyclopean stress` by running the program: every case must pass, and with an impossible bound a case must
+//! fail. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 use std::path::Path;
@@ -6,7 +7,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-/// Cases that fail for a reason that is known; whoever mends one takes it off this list.
+/// Cases that fail for a known reason. Whoever corrects one removes it from this list.
 const KNOWN: &[&str] = &[];
 
 fn stress(folder: &Path, arguments: &[&str]) -> (Output, Value) {
@@ -57,7 +58,8 @@ fn a_bound_that_cannot_be_kept_fails_with_pictures() {
         assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
         assert_eq!(report["failed"], serde_json::json!([name]));
         assert!(stderr(&done).contains(name), "{}", stderr(&done));
-        let pictures = std::fs::read_dir(folder.path().join("out").join(name)).expect("pictures of what failed");
+        let pictures =
+            std::fs::read_dir(folder.path().join("out").join(name)).expect("a folder with pictures of the failed case");
         let names: Vec<String> = pictures.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
         assert!(names.iter().any(|n| n.ends_with(".exr")) && names.iter().any(|n| n.ends_with(".png")), "{names:?}");
         assert_eq!(report["pictures"].as_array().map(Vec::len), Some(names.len()));
@@ -69,7 +71,7 @@ fn a_sweep_fails_too() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (done, report) = stress(folder.path(), &["--only", "place", "--bound", "place=1e-9"]);
     assert_eq!(done.status.code(), Some(1), "{}", stderr(&done));
-    // `singular-placement` has the same word in its name and passes.
+    // The case `singular-placement` also has `place` in its name, and must pass.
     assert_eq!(report["failed"], serde_json::json!(["place"]));
 }
 
@@ -80,5 +82,5 @@ fn wrong_names_are_refused() {
         let (done, _) = stress(folder.path(), arguments);
         assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", stderr(&done));
     }
-    assert!(!folder.path().join("out").exists(), "nothing is made before the request is understood");
+    assert!(!folder.path().join("out").exists(), "a folder was made although the request was refused");
 }

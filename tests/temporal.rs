@@ -1,4 +1,5 @@
-//! Reflections over time: what a still view converges to, where the history is looked for, and what is forgotten.
+//! Tests reflections that accumulate over time: what a still view converges to, where the history is looked up, and
+//! that stale light is dropped. The oracle is the path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
 mod pictures;
@@ -34,7 +35,8 @@ fn aside(view: &View, metres: f64) -> View {
     View { position: view.position + view.world_from_view * DVec3::X * metres, ..view.clone() }
 }
 
-/// Mean over pixels of the variance over `seeds` sequences of a still view, after each of these numbers of frames.
+/// The variance over `seeds` sequences of a still view, averaged over pixels, for each of the numbers of frames in
+/// `after`.
 fn variances(scene: &Arc<Scene>, method: &str, seeds: u32, after: &[u32]) -> Vec<f64> {
     let mut renderer = Renderer::new(&gpu(), Arc::clone(scene)).expect("uploaded");
     let mut prepared = prepare(&mut renderer, method, &Settings { width: 64, height: 40, ..small() });
@@ -69,8 +71,8 @@ fn a_still_view_converges_as_the_mean_of_its_frames() {
         let found = variances(&hall(0.35), method, 8, &after);
         let times: Vec<f64> = found.iter().zip(after).map(|(v, n)| v * f64::from(n) / found[0]).collect();
         println!("{method}: variance times frames, over that of one frame: {times:.3?}");
-        // The eyes are blended after each has been accumulated: the less noise is left, the fewer pairs that truly differ
-        // are blended, so that what one frame gains by it is not gained again by 64.
+        // The eyes are blended after each has been accumulated. With less noise, fewer pairs that truly differ are
+        // blended. Blending therefore reduces the variance of 64 frames less than that of one frame.
         assert!(times.iter().all(|t| (0.85..=most).contains(t)), "{method}: {times:?}");
     }
 }
@@ -87,16 +89,16 @@ fn the_first_frame_is_the_methods_without_history_and_a_still_is_what_settles() 
             both.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
         };
         let expected = frame(&mut without, 3, 0);
-        // fp16 of the filter against fp32 of the history.
+        // The first frames differ by rounding, because the filter keeps fp16 and the history fp32.
         let first = difference(&frame(&mut with, 3, 0), &expected);
         assert!(first < 2e-3, "{temporal}: {first}");
-        assert!(difference(&frame(&mut with, 3, 1), &expected) > 1e-2, "{temporal}: the second frame is another one");
+        assert!(difference(&frame(&mut with, 3, 1), &expected) > 1e-2, "{temporal}: the second frame does not differ");
         with.forget();
         let again = difference(&frame(&mut with, 3, 0), &expected);
         assert!(again < 2e-3, "{temporal}: after forgetting {again}");
         assert!(with.needs().accumulate && !without.needs().accumulate);
     }
-    // Stills accumulate: less noise than the frame, and the same picture every time.
+    // Stills accumulate frames, so that they have less noise than a single one. They must be the same every time.
     let still = |method: &str, seed: u32| render(&gpu, &scene, method, &Settings { seed, ..small() });
     let noise = |method: &str| {
         let (a, b) = (still(method, 1), still(method, 2));
@@ -108,13 +110,13 @@ fn the_first_frame_is_the_methods_without_history_and_a_still_is_what_settles() 
     assert!(still("stereo-temporal", 1).linear.eyes == still("stereo-temporal", 1).linear.eyes);
 }
 
-/// Mean squared difference of two stills' reflections.
+/// The sum of the squared differences of two stills' reflections.
 fn relative(a: &Rendered, b: &Rendered) -> f64 {
     let both = a.reflection.eyes.iter().flatten().flatten().zip(b.reflection.eyes.iter().flatten().flatten());
     both.map(|(a, b)| f64::from(a - b).powi(2)).sum()
 }
 
-/// Mean squared error of a sequence's last frame over the pixels that `mask` holds.
+/// The mean squared error of the last frame of a sequence, against the picture `truth`.
 fn error_after(
     scene: &Arc<Scene>,
     method: &str,
@@ -137,7 +139,7 @@ fn error_after(
     squares.iter().sum::<f64>() / squares.len() as f64
 }
 
-/// What the path-traced reference says of a view.
+/// The path-traced reference of a view at a time.
 fn truth(scene: &Arc<Scene>, view: &View, time_s: f64) -> StereoPicture {
     let mut renderer = Renderer::new(&gpu(), Arc::clone(scene)).expect("uploaded");
     let mut prepared = prepare(&mut renderer, "path-traced@256", &small());
@@ -156,12 +158,13 @@ fn a_moving_head_finds_the_virtual_image_again() {
     let [alone, better, surface, image] =
         ["stereo", "stereo-temporal", "stereo-temporal-surface", "stereo-temporal-image"].map(error);
     println!("alone {alone:.3e}, better {better:.3e}, surface {surface:.3e}, image {image:.3e}");
-    // A lobe narrower than these large pixels has little noise to lose: what its history may cost is bounded.
+    // A lobe that is narrower than these large pixels has little noise, so that its history cannot reduce the error
+    // much. It may not increase it much either.
     assert!(better < 1.15 * alone, "{better}, alone {alone}");
     assert!(better <= 0.7 * surface && better <= 1.05 * image, "{better}, {surface}, {image}");
 }
 
-/// A glossy floor before a ball that glows and moves.
+/// A glossy floor that reflects a moving, glowing ball.
 fn moving_ball() -> Arc<Scene> {
     let floor = place([6.0, 1.0, 6.0], DQuat::IDENTITY, [0.0, 0.0, 0.0]);
     let wall = place([40.0, 1.0, 40.0], upright(), [0.0, 0.0, -5.0]);
@@ -181,7 +184,7 @@ fn moving_ball() -> Arc<Scene> {
 fn what_moves_leaves_no_trail() {
     let scene = moving_ball();
     let views = vec![scene.views[0].clone(); 12];
-    // Up to a quarter of the path: the ball goes a tenth of its width a frame.
+    // The ball moves by up to a fifteenth of its width in each frame, and by 0.43 m in all.
     let times: Vec<f64> = (0..12).map(|i| f64::from(i) / 60.0).collect();
     let truth = truth(&scene, &views[0], times[11]);
     let error = |method| error_after(&scene, method, (&views, Some(&times)), &truth);
@@ -203,7 +206,7 @@ fn a_jump_or_other_eyes_leave_no_stale_light() {
         let after = error_after(&scene, "stereo-temporal", (&views, None), &truth);
         let fresh = error_after(&scene, "stereo-temporal", (&views[8..], None), &truth);
         let alone = error_after(&scene, "stereo", (&views[8..], None), &truth);
-        println!("{what}: {after:.3e} after it, {fresh:.3e} without a past, {alone:.3e} alone");
+        println!("{what}: {after:.3e} after it, {fresh:.3e} without earlier frames, {alone:.3e} without a history");
         assert!(after <= 1.1 * fresh && after < alone, "{what}: {after}, {fresh}, {alone}");
     }
 }

@@ -1,5 +1,5 @@
-//! Small scenes whose answers are known, and the device they are rendered on.
-#![allow(dead_code, reason = "each test file uses its part")]
+//! Small scenes whose pictures are known, and functions that render and compare them.
+#![allow(dead_code, reason = "each test program uses a part of this module")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
@@ -9,19 +9,19 @@ use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
 use cyclopean::scene::{Alpha, Instance, Light, Material, Primitive, Scene, StereoCamera, Texture, TextureRef, Wrap};
-#[allow(unused_imports, reason = "each test file uses its part")]
+#[allow(unused_imports, reason = "each test program uses a part of this module")]
 pub use cyclopean::stress::shapes::{
     constant_environment, glowing, look, material, place, plane, primitive, scene, settings, sphere, upright,
 };
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3, Vec4};
 
-/// The best device with validation on: one message fails the render.
+/// The best device, with Vulkan validation. A validation message makes rendering fail.
 pub fn gpu() -> Rc<Gpu> {
     let options = GpuOptions { validation: true, pipeline_cache: None };
     Gpu::open(&OwnDevice::default(), &options).expect("a Vulkan device; ./x test installs one")
 }
 
-/// Renders with validation; any message or value that is no number fails.
+/// Renders a frame of the scene's first view. A validation message or a value that is not a number makes it fail.
 pub fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
     let camera = scene.views[0].stereo_camera(settings.aspect());
     render_from(gpu, scene, method, settings, &camera)
@@ -59,17 +59,17 @@ pub fn relative_squared_error(x: &StereoPicture, y: &StereoPicture, mask: impl F
     squares(&|p| p.0 - p.1) / squares(&|p| p.1 - mean)
 }
 
-/// The hall, its eyes far apart, so that a small picture shows what one of them misses.
+/// The hall, with the eyes so far apart that a small picture shows what only one of them sees.
 pub fn hall(roughness: f32) -> Arc<Scene> {
     Arc::new(cyclopean::stress::shapes::hall(roughness, 0.3))
 }
 
-/// Reflects diffusely and nothing else.
+/// A material that reflects diffusely.
 pub fn chalk() -> Material {
     Material { metallic: 0.0, ..material(1.0) }
 }
 
-/// A floor at y = 0, seen from a corner.
+/// The parts with a floor at y = 0, seen from above.
 pub fn with_floor(mut parts: Vec<(Primitive, Material, DAffine3)>, lights: Vec<Light>) -> Arc<Scene> {
     parts.insert(0, (plane(2), chalk(), DAffine3::from_scale(DVec3::new(10.0, 1.0, 10.0))));
     let mut made = scene(parts, 0.0, look(DVec3::new(0.3, 3.0, 2.5), DVec3::new(0.0, 0.0, 0.0)));
@@ -77,7 +77,7 @@ pub fn with_floor(mut parts: Vec<(Primitive, Material, DAffine3)>, lights: Vec<L
     Arc::new(made)
 }
 
-/// Six sides of a box that floats above the floor.
+/// The six sides of a box, from −a to a in x and z, that floats above the floor between the heights `low` and `high`.
 pub fn floating_box(a: f64, low: f64, high: f64) -> Vec<(Primitive, Material, DAffine3)> {
     let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
     let side = |turn: DQuat, scale: [f64; 3], at: [f64; 3]| {
@@ -97,8 +97,8 @@ pub fn floating_box(a: f64, low: f64, high: f64) -> Vec<(Primitive, Material, DA
     ]
 }
 
-/// The hall with cut-out lattices, single- and double-sided, one of them mirrored: everything the two ways could see
-/// differently.
+/// The hall with cut-out lattices, single- and double-sided, one of them mirrored. It has everything that two ways of
+/// tracing rays could treat differently.
 pub fn lattices() -> Scene {
     let mut scene = cyclopean::stress::shapes::hall(0.3, 0.064);
     let texels: Vec<u8> = (0..64).flat_map(|i| [255, 255, 255, if (i / 8 + i) % 2 == 0 { 255 } else { 0 }]).collect();
@@ -146,7 +146,8 @@ pub fn values(picture: &StereoPicture) -> impl Iterator<Item = f32> {
     picture.eyes.iter().flatten().flatten().copied()
 }
 
-/// Δ/σ of every value with noise; where all paths agree (mirrors, black) the errors are rounding.
+/// The difference over its standard error, for every value with noise. Where all paths agree (mirrors, black) the
+/// estimated errors are only rounding, so that these values are left out.
 pub fn deviations(a: &Rendered, b: &Rendered) -> Vec<f64> {
     let (Some(ea), Some(eb)) = (&a.error, &b.error) else { panic!("the reference has a standard error") };
     values(&a.reflection)

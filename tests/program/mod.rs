@@ -1,15 +1,15 @@
-//! The real program with validation on, in a folder of the test's own.
+//! Runs the program under test with Vulkan validation, in a folder of the test's own.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-#[allow(dead_code, reason = "each test file uses its part")]
+#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the program starts")
 }
 
-/// The same, not started yet.
+/// The same as a command that is not started yet.
 pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cyclopean"));
     command
@@ -20,15 +20,15 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-#[allow(dead_code, reason = "each test file uses its part")]
+#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Every file below a folder by its name there, hidden ones included, with its bytes. `timing.json` says how long a
-/// rendering took, and is the one file that is not promised to be the same. What is unfinished may be gone by the time it
-/// is read, and is then left out.
-#[allow(dead_code, reason = "each test file uses its part")]
+/// Every file below a folder, by its path there, with its bytes. Hidden files are included. `timing.json` is left out:
+/// it says how long rendering took and is the only file that may differ. An unfinished file that disappears before it
+/// is read is left out too.
+#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut out = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -47,7 +47,7 @@ pub fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// The unfinished files of a store.
-#[allow(dead_code, reason = "each test file uses its part")]
+#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn unfinished(store: &Path) -> Vec<PathBuf> {
     let list = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let files = list(store.join("objects")).flat_map(list);
