@@ -84,7 +84,7 @@ def plot(table, path):
     try:
         import matplotlib
     except ImportError:
-        print("matplotlib is not installed: no plot")
+        print("matplotlib is not installed, so no plot is drawn")
         return
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt

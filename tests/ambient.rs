@@ -54,7 +54,7 @@ fn exchanged_eyes_exchange_the_pictures() {
         let camera = scene.views[0].stereo_camera(settings.aspect());
         let exchanged = StereoCamera { left: camera.right, right: camera.left };
         let [a, b] = [camera, exchanged].map(|c| visibility(&render_from(&gpu, &scene, "sssr", &settings, &c)));
-        assert_ne!(a[0], a[1], "{}: the eyes see different pictures", ao.name());
+        assert_ne!(a[0], a[1], "{}: both eyes see the same picture", ao.name());
         assert_eq!(a[0], b[1], "{}", ao.name());
         assert_eq!(a[1], b[0], "{}", ao.name());
     }
@@ -76,7 +76,7 @@ fn eyes_in_one_place_have_the_value_of_one() {
             let off = off.fold(0.0, f32::max);
             // An adaptive method repeats the same steps for some pixels. They may differ only where a value is stored
             // with 16 bits between two passes.
-            assert!(off < 1e-4, "{} is {off} off mono, {streams:?}", ao.name());
+            assert!(off < 1e-4, "{} differs from mono by {off}, {streams:?}", ao.name());
         }
     }
 }
@@ -107,7 +107,7 @@ fn the_oracle_is_the_integral_over_the_hemisphere() {
         worst = worst.max((f64::from(found[0][i]) - expected).abs());
         compared += 1;
     }
-    println!("{compared} places, {worst} off at most");
+    println!("{compared} places were compared, the largest difference is {worst}");
     assert!(compared >= 5, "{compared}");
     assert!(worst < 0.01, "{worst}");
 }
@@ -162,7 +162,7 @@ fn corners_are_darker_and_open_places_are_not_occluded() {
             let column: Vec<f32> = (0..64).map(|y| eye[y * 96 + 48]).collect();
             let (darkest, least) = column.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).expect("pixels");
             assert!(*least < 0.85 && (15..50).contains(&darkest), "{}: {least} at row {darkest}", ao.name());
-            assert!(column[63] > 0.97, "{}: {} before the eyes", ao.name(), column[63]);
+            assert!(column[63] > 0.97, "{}: visibility {} close to the eyes", ao.name(), column[63]);
         }
     }
 }
@@ -222,16 +222,16 @@ fn work_between_the_eyes_makes_them_alike_as_the_seed_says() {
     };
     for (ao, of) in ALL.iter().zip(&found) {
         println!(
-            "{:<10} {:.4} inconsistent, {:.5} off fsa, {:.5} off rays",
+            "{:<10} {:.4} inconsistent, differs from fsa by {:.5} and from rays by {:.5}",
             ao.name(),
             of.0,
             error(of, fsa),
             error(of, rays)
         );
     }
-    assert!(fsa.0 < 0.5 * mono.0, "{} by fsa, {} by mono", fsa.0, mono.0);
+    assert!(fsa.0 < 0.5 * mono.0, "inconsistency {} by fsa, {} by mono", fsa.0, mono.0);
     for adaptive in [variant1, variant2] {
-        assert!(adaptive.0 < 1.2 * fsa.0, "{} by an adaptive method, {} by fsa", adaptive.0, fsa.0);
+        assert!(adaptive.0 < 1.2 * fsa.0, "inconsistency {} by an adaptive method, {} by fsa", adaptive.0, fsa.0);
     }
     assert!(error(variant2, fsa) < 0.2 * error(variant1, fsa));
     assert!(error(variant1, fsa) < 0.9 * error(mono, fsa));

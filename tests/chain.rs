@@ -1,6 +1,6 @@
 //! Tests the whole chain through both programs: `cyclopean run --simulate` makes journals, and `mos` analyses them. The
-//! oracle is the library, which reads the votes from the same journals. Needs no GPU.
-//! The tests are skipped where the program `mos` is missing and cannot be built.
+//! oracle is the library, which reads the votes from the same journals. Needs no GPU. The tests are skipped where the
+//! program `mos` is missing and cannot be built.
 
 mod lab;
 

@@ -321,7 +321,7 @@ mod scenes {
         let first = files(&folder.path().join("a"));
         assert!(first.keys().any(|name| name.ends_with(".svg")) && first.keys().any(|name| name.ends_with(".png")));
         let kept = files(&results);
-        assert_eq!(kept.len(), 2, "results and a sheet: {:?}", kept.keys());
+        assert_eq!(kept.len(), 2, "not just results and a sheet are kept: {:?}", kept.keys());
 
         let said = run("b", &["--sheets"]);
         assert_eq!(said.matches("room: kept from results/").count(), 1, "{said}");

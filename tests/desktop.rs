@@ -1,5 +1,5 @@
-//! Tests whole sessions in a desktop window, answered by simulated keys and mouse clicks, and the commands `display
-//! test` and `live`. The oracle is the script that the keys follow. Needs a Vulkan device, Xvfb, xdotool and
+//! Tests whole sessions in a desktop window, answered by simulated keys and mouse clicks, and the commands
+//! `display test` and `live`. The oracle is the script that the keys follow. Needs a Vulkan device, Xvfb, xdotool and
 //! ImageMagick; tests are skipped, with a message, where one of the programs is missing.
 #![cfg(feature = "gpu")]
 
@@ -201,7 +201,7 @@ fn presentations(entries: &[Entry]) -> usize {
     entries.iter().filter(|e| matches!(e.record, Record::Planned(_))).count()
 }
 
-/// The setup of the study's first row, for a display with 60 Hz and 90 pixels per degree.
+/// The setup of the study's first row, for a display with 60 Hz and 90 arc seconds per pixel.
 fn setup(lab: &Lab) -> Setup {
     let definition = lab.load().definition;
     Setup::new(&definition, &Plan::draw(&definition, 0), 60.0, Trust::Predicted, 90.0)

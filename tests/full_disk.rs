@@ -42,7 +42,7 @@ fn answers(path: &Path) -> BTreeMap<u32, u32> {
         if let Record::Answer(a) = entry.record
             && a.counts
         {
-            assert_eq!(out.insert(a.presentation, a.choice), None, "answered twice");
+            assert_eq!(out.insert(a.presentation, a.choice), None, "a presentation was answered twice");
         }
     }
     out

@@ -71,8 +71,8 @@ fn no_ray_is_left_without_an_answer() {
         assert_eq!(hybrid.counters.hits + hybrid.counters.sky, hybrid.counters.rays, "{method}");
         assert!(hybrid.counters.asked > plain.counters.missed(), "rays that hit near the border ask no geometry");
         let (with, before) = (error(&hybrid), error(&plain));
-        println!("{method}: {with:.3}, {before:.3} without geometry");
-        assert!(with < 0.5 * before, "{method}: {with} and {before} without geometry");
+        println!("{method}: error {with:.3}, and {before:.3} without geometry");
+        assert!(with < 0.5 * before, "{method}: error {with}, and {before} without geometry");
     }
 }
 

@@ -20,7 +20,7 @@ fn ends(scene: &Arc<Scene>, method: &str, settings: &Settings) -> Vec<RayEnd> {
     let mut renderer = Renderer::new(&gpu(), Arc::clone(scene)).expect("it fits");
     let prepared = renderer.prepare(&camera, &Method::parse(method).expect("known"), settings).expect("it fits");
     prepared.frame(&mut |_, _| Ok(())).expect("it renders");
-    prepared.ray_ends().expect("readable").expect("it filters hits").concat()
+    prepared.ray_ends().expect("readable").expect("the method filters hits").concat()
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn a_guard_band_shows_the_same_view_and_misses_less() {
     assert_eq!((guarded.linear.width, guarded.linear.height), (96, 64));
     // In the wider frustum rounding may decide otherwise whether a triangle covers a pixel.
     let rays = guarded.counters.rays.abs_diff(plain.counters.rays);
-    assert!(rays * 200 < plain.counters.rays, "{rays} rays more or fewer");
+    assert!(rays * 200 < plain.counters.rays, "{rays} more or fewer rays with the guard band");
     assert!(guarded.counters.left_view * 10 < plain.counters.left_view * 9);
     for eye in 0..2 {
         let direct =
@@ -141,6 +141,6 @@ fn a_wider_filter_is_calmer() {
     assert!(error("sssr-wide") < error("sssr"));
     // Path-traced rays find more than the views show, and the filter reduces the noise of few rays.
     let (few, filtered) = (error("path-traced@2"), error("path-traced@2-resolved"));
-    assert!(filtered < 0.5 * few, "{filtered} and {few} without the filter");
+    assert!(filtered < 0.5 * few, "error {filtered}, and {few} without the filter");
     assert!(filtered < error("sssr@2"));
 }

@@ -119,7 +119,8 @@ fn every_page_in_every_language_fits_and_is_written_large() {
                 for target in &drawn.targets {
                     let [left, top, right, bottom] = target.rect;
                     assert!(left >= 0.0 && top >= 0.0 && right <= size.0 as f32 && bottom <= size.1 as f32, "{file}");
-                    // A pointing hand trembles by about half a degree, so that buttons must be larger than two degrees.
+                    // A pointing hand trembles by about half a degree, which is 10 pixels on the headset. Buttons must
+                    // be much larger.
                     assert!(right - left > 40.0 && bottom - top > 40.0, "{file}: {target:?}");
                 }
                 assert_eq!(drawn.is_stereo, picture.eyes[0] != picture.eyes[1], "{file}");

@@ -69,7 +69,10 @@ impl Cluster {
     fn start() -> Option<Cluster> {
         let programs = ["munged", "slurmctld", "slurmd"].map(|name| find(name).ok_or(name));
         if let Some(name) = programs.iter().find_map(|p| p.as_ref().err()) {
-            assert!(std::env::var_os("CYCLOPEAN_REQUIRE_SLURM").is_none(), "there is no {name}, and it is required");
+            assert!(
+                std::env::var_os("CYCLOPEAN_REQUIRE_SLURM").is_none(),
+                "{name} is missing, and this test is required"
+            );
             println!("skipped: there is no {name} here (Debian: slurmctld, slurmd, slurm-client and munge)");
             return None;
         }

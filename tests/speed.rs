@@ -1,6 +1,7 @@
 //! Measures the speed of simulated sessions and of reading their journals. It prints figures and has no limits. Needs
-//! no GPU. To run it by hand: `cargo test --release --no-default-features --test speed -- --ignored --nocapture
-//! --test-threads 1`
+//! no GPU. To run it by hand:
+//!
+//! `cargo test --release --no-default-features --test speed -- --ignored --nocapture --test-threads 1`
 
 mod lab;
 

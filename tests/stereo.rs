@@ -21,7 +21,7 @@ fn the_other_eye_answers_rays_that_the_baseline_misses() {
     let stereo = render(&gpu, &scene, "stereo-no-reprojection", &small());
     let (missed, before) = (stereo.counters.missed(), baseline.counters.missed());
     assert_eq!(stereo.counters.rays, baseline.counters.rays);
-    assert!(missed * 10 < before * 9, "{missed} missed, {before} by the baseline");
+    assert!(missed * 10 < before * 9, "{missed} rays were lost, and {before} by the baseline");
 }
 
 #[test]
@@ -41,12 +41,12 @@ fn it_comes_nearer_to_the_reference_than_the_baseline() {
         };
         let (baseline, stereo) = (error("sssr@4"), error("stereo@4"));
         println!("cant {cant:.3}: {:.3} of the baseline's error", stereo / baseline);
-        assert!(stereo < 0.95 * baseline, "cant {cant}: {stereo} and {baseline} by the baseline");
+        assert!(stereo < 0.95 * baseline, "cant {cant}: error {stereo}, and {baseline} by the baseline");
         assert!(stereo < error("stereo-no-fade@4"), "cant {cant}: the method is no better than without the fade");
         let (adaptive, hybrid) = (error("stereo-adaptive@4"), error("stereo-hybrid@4"));
         println!("cant {cant:.3}: adaptive {:.3}, hybrid {:.3}", adaptive / baseline, hybrid / baseline);
-        assert!(adaptive < 0.97 * baseline, "cant {cant}: {adaptive} and {baseline} by the baseline");
-        assert!(hybrid < 0.5 * baseline, "cant {cant}: {hybrid} and {baseline} by the baseline");
+        assert!(adaptive < 0.97 * baseline, "cant {cant}: error {adaptive}, and {baseline} by the baseline");
+        assert!(hybrid < 0.5 * baseline, "cant {cant}: error {hybrid}, and {baseline} by the baseline");
     }
 }
 
@@ -96,7 +96,7 @@ fn reuse_between_the_eyes_makes_their_noise_alike() {
         left.iter().zip(right).map(|(l, r)| f64::from(l[1] - r[1]).powi(2)).sum::<f64>()
     };
     let (with, without) = (difference("stereo"), difference("stereo-no-reprojection"));
-    assert!(with < 0.5 * without, "{with} with reuse, {without} without");
+    assert!(with < 0.5 * without, "the eyes differ by {with} with reuse, and by {without} without");
 }
 
 #[test]
@@ -128,5 +128,5 @@ fn a_probe_stands_in_for_what_no_eye_sees() {
         relative_squared_error(&rendered.reflection, &reference.reflection, mask)
     };
     let (probe, black) = (error(Fallback::Probe), error(Fallback::Black));
-    assert!(probe < 0.8 * black, "{probe} with the probe, {black} with black");
+    assert!(probe < 0.8 * black, "error {probe} with the probe, {black} with black");
 }

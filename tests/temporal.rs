@@ -70,7 +70,7 @@ fn a_still_view_converges_as_the_mean_of_its_frames() {
     for (method, most) in [("sssr-temporal", 1.15), ("stereo-temporal", 1.4)] {
         let found = variances(&hall(0.35), method, 8, &after);
         let times: Vec<f64> = found.iter().zip(after).map(|(v, n)| v * f64::from(n) / found[0]).collect();
-        println!("{method}: variance times frames, over that of one frame: {times:.3?}");
+        println!("{method}: variance times number of frames, over the variance of one frame: {times:.3?}");
         // The eyes are blended after each has been accumulated. With less noise, fewer pairs that truly differ are
         // blended. Blending therefore reduces the variance of 64 frames less than that of one frame.
         assert!(times.iter().all(|t| (0.85..=most).contains(t)), "{method}: {times:?}");
@@ -95,7 +95,7 @@ fn the_first_frame_is_the_methods_without_history_and_a_still_is_what_settles() 
         assert!(difference(&frame(&mut with, 3, 1), &expected) > 1e-2, "{temporal}: the second frame does not differ");
         with.forget();
         let again = difference(&frame(&mut with, 3, 0), &expected);
-        assert!(again < 2e-3, "{temporal}: after forgetting {again}");
+        assert!(again < 2e-3, "{temporal}: the first frame after forgetting differs by {again}");
         assert!(with.needs().accumulate && !without.needs().accumulate);
     }
     // Stills accumulate frames, so that they have less noise than a single one. They must be the same every time.
@@ -189,7 +189,7 @@ fn what_moves_leaves_no_trail() {
     let truth = truth(&scene, &views[0], times[11]);
     let error = |method| error_after(&scene, method, (&views, Some(&times)), &truth);
     let (alone, with) = (error("stereo"), error("stereo-temporal"));
-    println!("moving ball: {alone:.3e} alone, {with:.3e} accumulated");
+    println!("moving ball: error {alone:.3e} without a history, {with:.3e} with one");
     assert!(with < 1.2 * alone, "{with} and {alone} alone");
 }
 

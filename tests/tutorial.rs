@@ -77,7 +77,7 @@ impl Desk<'_> {
             return;
         }
         let instead = command.replace("--display desktop --mode anaglyph", "--simulate");
-        assert_ne!(instead, command, "the page's session has another form");
+        assert_ne!(instead, command, "the page's session is not written as this test expects");
         let done = self.run(&instead);
         assert!(done.status.success(), "{instead}: {}", stderr(&done));
     }
@@ -107,7 +107,7 @@ fn the_tutorial_does_what_it_says() {
                 assert!(done.status.success(), "{}{printed}{}", block.text, stderr(&done));
                 if let Some(said) = blocks.get(i + 1).filter(|b| b.info == "text") {
                     let missing = missing(&said.text, &printed);
-                    assert!(missing.is_none(), "{}\nprints no\n{}\nbut\n{printed}", block.text, missing.unwrap());
+                    assert!(missing.is_none(), "{}\ndoes not print\n{}\nbut\n{printed}", block.text, missing.unwrap());
                     compared += 1;
                 }
             }

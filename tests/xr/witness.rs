@@ -49,7 +49,7 @@ impl Witness {
             }
             if let Some((_, value)) = line.split_once("frameEndInfo->layerCount = 0x") {
                 let layers = usize::from_str_radix(value.trim(), 16).expect("a number");
-                out.push(Ended { display_ns: display_ns.take().expect("its time before"), layers });
+                out.push(Ended { display_ns: display_ns.take().expect("a display time before it"), layers });
             }
         }
         out

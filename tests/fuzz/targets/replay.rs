@@ -109,7 +109,7 @@ impl<'a> Session<'a> {
             0 => self.frames(1, period_ns, true),
             1 => self.frames(1, period_ns, false),
             2 => self.frames(u64::from(more).min(self.machine.idle_frames()), period_ns, true),
-            // As many frames as nothing changes for, which is usually to the end of a segment.
+            // All frames until something changes by itself, however many, such as to the end of a segment.
             3 => self.frames(self.machine.idle_frames().min(1 << 20), period_ns, true),
             // One frame that is up to a minute late.
             4 => self.frames(1, period_ns + u64::from(more) * 250_000_000, true),
