@@ -49,12 +49,12 @@ static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 /// A result could not be written to standard output.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write to standard output: {0}")]
-pub struct Unprinted(#[source] io::Error);
+pub struct PrintError(#[source] io::Error);
 
 /// Reports the first result that could not be printed; `commands::main` calls it at the end. A reader that has closed
 /// the pipe (`… | head`) is no failure.
-pub fn finish() -> Result<(), Unprinted> {
-    FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take().map_or(Ok(()), |e| Err(Unprinted(e)))
+pub fn finish() -> Result<(), PrintError> {
+    FAILED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take().map_or(Ok(()), |e| Err(PrintError(e)))
 }
 
 /// Ctrl-C was pressed. Long work stops after the step that it is at.

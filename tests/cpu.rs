@@ -296,13 +296,13 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     // The frame is interrupted after at least five samples. The rest is rendered anew from the kept sums, as another
     // process would do it.
     let broken = prepare(40);
-    broken.take_up(None);
+    broken.continue_from(None);
     let stop = &mut |done: u32, _: u32| if done >= 5 { Err(Interrupted) } else { Ok(()) };
     assert!(broken.frame(stop).is_err());
     let sums = broken.sums().expect("sums are kept");
     assert!((5..40).contains(&sums.samples), "{}", sums.samples);
     let rest = prepare(40);
-    rest.take_up(Some(sums.clone()));
+    rest.continue_from(Some(sums.clone()));
     let report = rest.frame(&mut |_, _| Ok(())).expect("a frame");
     let bits = |p: &Prepared| p.linear().expect("read back").eyes;
     assert!(bits(&rest) == bits(&whole), "the picture depends on where it was interrupted");
@@ -312,7 +312,7 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     assert_eq!(rest.sums().map(|s| s.samples), Some(40));
     // Sums of more samples than are asked for are not used.
     let fewer = prepare(4);
-    fewer.take_up(Some(sums));
+    fewer.continue_from(Some(sums));
     fewer.frame(&mut |_, _| Ok(())).expect("a frame");
     assert_eq!(fewer.sums().map(|s| s.samples), Some(4));
 

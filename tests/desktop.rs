@@ -208,9 +208,9 @@ fn setup(lab: &Lab) -> Setup {
 }
 
 /// The journal's entries, and the presentations and choices of the script.
-type Done = (Vec<Entry>, Vec<(u32, u32)>);
+type CompletedSession = (Vec<Entry>, Vec<(u32, u32)>);
 
-fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<Done> {
+fn whole_session(name: &str, choices: u32, more: &[&str]) -> Option<CompletedSession> {
     let desk = Desk::new(name)?;
     let lab = lab(&short(name));
     let mut sitting = Sitting::begin(&desk, &lab, more);

@@ -6,7 +6,7 @@ mod pictures;
 
 use std::sync::Arc;
 
-use cyclopean::render::hits::{End, RayEnd};
+use cyclopean::render::hits::{RayEnd, RayOutcome};
 use cyclopean::render::{Method, Renderer, Settings};
 use cyclopean::scene::Scene;
 use pictures::{gpu, hall, relative_squared_error, render, settings};
@@ -30,10 +30,10 @@ fn two_stages_find_what_the_oracle_finds() {
         scene.views[0].cant_rad = cant;
         let scene = Arc::new(scene);
         let (ours, oracle) = (ends(&scene, "stereo", &small()), ends(&scene, "stereo-one-loop", &small()));
-        let rays = oracle.iter().filter(|e| e.end != End::Nothing).count();
-        let known = |e: &RayEnd| e.end != End::Unknown;
+        let rays = oracle.iter().filter(|e| e.end != RayOutcome::Nothing).count();
+        let known = |e: &RayEnd| e.end != RayOutcome::Unknown;
         let same = |a: &RayEnd, b: &RayEnd| match (a.end, b.end) {
-            (End::Hit, End::Hit) => (a.distance_m / b.distance_m - 1.0).abs() < 0.02,
+            (RayOutcome::Hit, RayOutcome::Hit) => (a.distance_m / b.distance_m - 1.0).abs() < 0.02,
             (x, y) => x == y,
         };
         let differing = ours.iter().zip(&oracle).filter(|(a, b)| !same(a, b)).count();

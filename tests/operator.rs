@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use cyclopean::display::headless::Headless;
-use cyclopean::display::operator::Mirrored;
-use cyclopean::display::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
+use cyclopean::display::operator::WithOperatorWindow;
+use cyclopean::display::{Display, DisplayError, DisplayInfo, StimulusFiles, TimedEvent};
 use cyclopean::study::content::content;
 use cyclopean::study::observer::Observer;
 use cyclopean::study::prepare::{self, Shard};
@@ -33,7 +33,7 @@ impl Display for Slow {
         self.0.load(stimuli)
     }
 
-    fn wait(&mut self, _: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, _: u64) -> Result<TimedEvent, DisplayError> {
         let timed = self.0.wait(1)?;
         if matches!(timed.event, Event::Frame { .. }) {
             std::thread::sleep(Duration::from_millis(33));
@@ -50,7 +50,7 @@ impl Display for Slow {
 struct Patient;
 
 impl Observer for Patient {
-    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
+    fn respond(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
         match screen {
             Screen::Page(Page::Paused) => Vec::new(),
             Screen::Page(_) => vec![(100_000_000, Input::Continue)],
@@ -78,7 +78,7 @@ fn the_session() {
     let session = Session::begin(&study, &store, &folder.join("sessions"), "p1", &info, &options).unwrap();
     let words = content(&study, session.plan(), session.setup(), Kind::Pilot).unwrap();
     let headless = Headless::new(30.0, session.start_ns(), Box::new(Patient)).stepping();
-    let mut display = Mirrored::new(Slow(headless), &words);
+    let mut display = WithOperatorWindow::new(Slow(headless), &words);
     let ended = session.run(&mut display).unwrap();
     assert_eq!(ended.outcome, None);
 }

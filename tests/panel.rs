@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 
 use cyclopean::display::content::Content;
-use cyclopean::display::panel::{Drawn, Panel, View, em_px};
+use cyclopean::display::panel::{DrawnView, Panel, View, em_px};
 use cyclopean::gpu::{Buffer, Frame, Gpu, GpuOptions, OwnDevice};
 use cyclopean::study::content::content;
 use cyclopean::study::language::LanguageError;
@@ -41,7 +41,7 @@ fn try_load(name: &str, language: &str, kind: Kind) -> Result<Content, LanguageE
 }
 
 struct Picture {
-    drawn: Drawn,
+    drawn: DrawnView,
     /// The left and the right eye's picture.
     eyes: [image::RgbaImage; 2],
 }

@@ -7,7 +7,7 @@ mod lab;
 use cyclopean::display::headless::Headless;
 use cyclopean::study::observer::{Observer, SimulatedObserver};
 use cyclopean::study::protocol::{Input, Page, Screen};
-use cyclopean::study::session::{Ended, Options, Session};
+use cyclopean::study::session::{Options, Session, SessionEnd};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
 use lab::{Lab, rate, stderr};
@@ -19,12 +19,12 @@ struct Person<F> {
 }
 
 impl<F: FnMut(&Screen) -> Option<Vec<(u64, Input)>>> Observer for Person<F> {
-    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
-        (self.acts)(screen).unwrap_or_else(|| self.calm.see(screen))
+    fn respond(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
+        (self.acts)(screen).unwrap_or_else(|| self.calm.respond(screen))
     }
 }
 
-fn sit(lab: &Lab, resume: bool, acts: impl FnMut(&Screen) -> Option<Vec<(u64, Input)>> + 'static) -> Ended {
+fn sit(lab: &Lab, resume: bool, acts: impl FnMut(&Screen) -> Option<Vec<(u64, Input)>> + 'static) -> SessionEnd {
     let study = lab.load();
     let (info, options) = (Headless::information(90.0), Options::new(Kind::Pilot));
     let (store, sessions) = (lab.store(), lab.sessions());
@@ -47,7 +47,7 @@ fn once(
     move |screen| if fits(screen) { inputs.take() } else { None }
 }
 
-fn records(ended: &Ended) -> Vec<Record> {
+fn records(ended: &SessionEnd) -> Vec<Record> {
     journal::read(&ended.journal).unwrap().map(|e| e.unwrap().record).collect()
 }
 

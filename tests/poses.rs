@@ -6,12 +6,12 @@ mod lab;
 use std::path::{Path, PathBuf};
 
 use cyclopean::display::headless::Headless;
-use cyclopean::display::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
+use cyclopean::display::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, TimedEvent};
 use cyclopean::study::disk::Disk;
 use cyclopean::study::observer::{Observer, SimulatedObserver};
 use cyclopean::study::poses::{PoseLine, path_beside};
 use cyclopean::study::protocol::{Event, Input, Page, Screen};
-use cyclopean::study::session::{Ended, Options, Session, SessionError};
+use cyclopean::study::session::{Options, Session, SessionEnd, SessionError};
 use cyclopean::study::sessions::Sessions;
 use cyclopean_analysis::data::{Source, expand};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
@@ -39,7 +39,7 @@ impl Display for Headset {
         self.inner.load(stimuli)
     }
 
-    fn wait(&mut self, idle_frames: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, idle_frames: u64) -> Result<TimedEvent, DisplayError> {
         let timed = self.inner.wait(idle_frames)?;
         if let Event::Frame { at_ns, .. } | Event::Frames { last_ns: at_ns, .. } = timed.event {
             let lost = HeadPose { t_ns: at_ns, position: [f32::NAN; 3], orientation: [0.0; 4] };
@@ -66,15 +66,15 @@ struct Acts {
 }
 
 impl Observer for Acts {
-    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
+    fn respond(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
         match &self.at {
             Some(at) if at == screen => vec![(1_000_000_000, self.input.clone())],
-            _ => self.calm.see(screen),
+            _ => self.calm.respond(screen),
         }
     }
 }
 
-fn sit(lab: &Lab, disk: Disk, at: Option<Screen>, input: Input) -> Result<Ended, SessionError> {
+fn sit(lab: &Lab, disk: Disk, at: Option<Screen>, input: Input) -> Result<SessionEnd, SessionError> {
     let study = lab.load();
     let (info, options) = (information(), Options { disk, ..Options::new(Kind::Pilot) });
     let (store, sessions) = (lab.store(), lab.sessions());

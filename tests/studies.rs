@@ -8,7 +8,7 @@ use std::path::Path;
 use cyclopean::study::definition::Definition;
 use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::session::{Options, simulate};
-use cyclopean::study::show::{Seen, again};
+use cyclopean::study::show::{RecordedSession, render_again};
 use cyclopean::study::stimulus::{Catalogue, StimulusRequest};
 use cyclopean::study::store::Store;
 use cyclopean::study::writer::Durability;
@@ -542,15 +542,15 @@ fn a_journal_alone_gives_its_stimuli_again_or_says_what_differs() {
     let run = lab.command(&["run", "study.json", "--participant", "p1", "--simulate"]).output().unwrap();
     assert!(run.status.success(), "{}", stderr(&run));
     let journal = lab.journal("p1", "001");
-    let seen = Seen::read(&journal).unwrap();
+    let seen = RecordedSession::read(&journal).unwrap();
     let shown = seen.of(&journal, 1).unwrap();
     assert_eq!(shown.len(), 1);
     let stimulus = &seen.stimuli[shown[0].1 as usize];
     let folder = tempfile::tempdir().unwrap();
-    let same = again(&mut Painter::default(), stimulus, &folder.path().join("same")).unwrap();
+    let same = render_again(&mut Painter::default(), stimulus, &folder.path().join("same")).unwrap();
     assert!(same.same_key && same.differing.is_empty(), "{same:?}");
     let mut other = Painter { version: 1, ..Painter::default() };
-    let other = again(&mut other, stimulus, &folder.path().join("other")).unwrap();
+    let other = render_again(&mut other, stimulus, &folder.path().join("other")).unwrap();
     assert!(!other.same_key && other.differing.contains(&"sbs.png".to_owned()), "{other:?}");
     assert!(seen.of(&journal, 99).unwrap_err().to_string().contains("no presentation 99"));
     // A session whose order cannot be proven is not shown.
@@ -558,5 +558,5 @@ fn a_journal_alone_gives_its_stimuli_again_or_says_what_differs() {
     let cut: String = text.lines().take(3).map(|line| format!("{line}\n")).collect();
     let torn = folder.path().join("torn.jsonl");
     std::fs::write(&torn, cut).unwrap();
-    assert!(Seen::read(&torn).unwrap_err().to_string().contains("before its order is complete"));
+    assert!(RecordedSession::read(&torn).unwrap_err().to_string().contains("before its order is complete"));
 }

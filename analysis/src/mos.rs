@@ -110,7 +110,7 @@ pub struct Table {
 
 /// The fields of a table's JSON object.
 #[derive(Serialize)]
-struct Head<'a> {
+struct TableJson<'a> {
     level: f64,
     ci: Method,
     rows: Vec<Value>,
@@ -124,7 +124,7 @@ impl Table {
     /// `{level, ci, rows: [{…factors, n, mean, sd, lo, hi, counts, …}], …}`.
     pub fn to_json(&self) -> Value {
         let boot = matches!(self.options.method, Method::Bootstrap | Method::Bca).then_some(self.options.boot);
-        let head = Head {
+        let head = TableJson {
             level: self.options.level,
             ci: self.options.method,
             rows: self.rows.iter().map(Row::to_json).collect(),

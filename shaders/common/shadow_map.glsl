@@ -21,7 +21,7 @@ const float NARROW = 2.0;
 // The widest filter, in texels. WIDE: of a cascade with a coarser one around it; WIDEST: of any map.
 const float WIDE = 48.0, WIDEST = 96.0;
 // The maps of a light where rays meet overlap their neighbours by a band around each map. This is half the band's width, as a
-// share of the map's half width. Twin: GUARD in sight.rs.
+// share of the map's half width. Twin: GUARD in map_view.rs.
 const float GUARD = 0.15;
 // Near a cascade's border the next cascade takes over, between these distances from the centre (1: the border).
 const float FADE_FROM = 0.85, FADE_TO = 0.96;
@@ -198,7 +198,7 @@ float share_in(uint map, uint dimming, LightData light, vec3 position, vec3 norm
     return stopped_share(s, size, turn);
 }
 
-// The side of a cube through which a direction leaves, in the order +x −x +y −y +z −z. Twin: `cube` in sight.rs.
+// The side of a cube through which a direction leaves, in the order +x −x +y −y +z −z. Twin: `cube` in map_view.rs.
 uint cube_side(vec3 d) {
     vec3 a = abs(d);
     if (a.x >= max(a.y, a.z)) return d.x >= 0.0 ? 0u : 1u;

@@ -5,7 +5,7 @@ use crate::render::{Ao, AoSettings};
 
 /// How far ambient occlusion looks, and how it decides; docs/rendering.md defines all of these numbers.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Reach {
+pub struct AoArgs {
     /// Radius of ambient occlusion: what is farther away hides no ambient light; metres, 0.001 to 1000.
     #[arg(long, value_name = "METRES", default_value_t = AoSettings::default().radius_m)]
     ao_radius: f32,
@@ -19,7 +19,7 @@ pub struct Reach {
     ao_rays: u32,
 }
 
-impl Reach {
+impl AoArgs {
     /// The settings of ambient occlusion by a method.
     ///
     /// # Errors

@@ -6,15 +6,15 @@ use std::path::PathBuf;
 
 use super::WrongUsage;
 #[cfg(feature = "gpu")]
-use super::ao::Reach;
+use super::ao::AoArgs;
 #[cfg(feature = "gpu")]
 use super::device::{self, Size};
 use super::networks::NetworkFiles;
 #[cfg(feature = "gpu")]
-use super::outside::Outside;
-use super::pictures::{self, Display};
+use super::outside::OutsideArgs;
+use super::pictures::{self, ViewingConditions};
 #[cfg(feature = "gpu")]
-use crate::compare::{self, Failure, Leaves, Options, ao, sequence};
+use crate::compare::{self, Failure, Options, PartOutput, ao, sequence};
 use crate::console::Console;
 #[cfg(feature = "gpu")]
 use crate::gpu::Gpu;
@@ -22,7 +22,7 @@ use crate::metrics::flip;
 #[cfg(feature = "gpu")]
 use crate::render::{Ao, Firefly, Method, Reuse, Settings, ShadingReuse, Temporal, Trace};
 #[cfg(feature = "gpu")]
-use crate::scene::{Fallback, Scene, Shelf, View};
+use crate::scene::{Fallback, Scene, SceneCache, View};
 #[cfg(feature = "gpu")]
 use crate::shard::Shard;
 
@@ -55,13 +55,13 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 struct SceneArgs {
     #[command(flatten)]
-    outside: Outside,
+    outside: OutsideArgs,
     /// What is compared: reflections, or methods of ambient occlusion (--seeds, --size, --view, -o and --device work
     /// for both).
     #[arg(long, value_enum, default_value_t = Effect::Reflections)]
     effect: Effect,
     #[command(flatten)]
-    ao: Reach,
+    ao: AoArgs,
     /// With --effect ao, the number of poses along a path on which the methods are compared; 0: no path.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     poses: u32,
@@ -204,7 +204,7 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let is_picture = |name: &String| Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     match (args.inputs.as_slice(), args.inputs.iter().any(is_picture)) {
         ([a, b], true) if is_picture(a) && is_picture(b) => {
-            let display = Display { exposure: exposure.unwrap_or(1.0), pixels_per_degree };
+            let display = ViewingConditions { exposure: exposure.unwrap_or(1.0), pixels_per_degree };
             pictures::compare(a.as_ref(), b.as_ref(), (&display, &args.networks), console)
         }
         (_, true) => Err(WrongUsage("two pictures are compared, A.exr (the reference) and B.exr".to_owned()).into()),
@@ -283,11 +283,11 @@ fn compare_scenes(args: &Args, scenes: &[String], console: &Console) -> anyhow::
         keep: of.keep.clone(),
         out: of.out.clone(),
         sheets: of.sheets,
-        scenes: Shelf::new(of.outside.loading()),
+        scenes: SceneCache::new(of.outside.loading()),
     };
     if of.shard.is_some() || of.references_only {
-        let leaves = if of.references_only { Leaves::References } else { Leaves::Results };
-        let failed = compare::part(&gpu, &own, &options, leaves, console)?;
+        let output = if of.references_only { PartOutput::References } else { PartOutput::Results };
+        let failed = compare::run_part(&gpu, &own, &options, output, console)?;
         return part_done(shard, &own, &failed, console);
     }
     let report = compare::compare(&gpu, scenes, &options, console)?;
@@ -366,7 +366,7 @@ fn compare_ao(of: &SceneArgs, scenes: &[String], console: &Console) -> anyhow::R
         view: of.view.clone(),
         keep: of.keep.clone(),
         out: of.out.clone(),
-        scenes: Shelf::new(of.outside.loading()),
+        scenes: SceneCache::new(of.outside.loading()),
     };
     let report = ao::compare(&gpu, scenes, &options, console)?;
     console.page(ao::markdown(&report));

@@ -16,7 +16,7 @@ use crate::study::validate::{self, Study};
 
 use super::catalogue::catalogue;
 use super::device::Size;
-use super::simulated::{STUDIES, Setting, prepare_stimuli, simulate, small};
+use super::simulated::{STUDIES, SimulationScale, prepare_stimuli, simulate, small_study};
 use super::stimulus::GpuStimuli;
 
 /// Prepare, run and analyse the three studies with simulated observers, on small pictures.
@@ -47,25 +47,25 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let out = &args.out;
     let sessions = fresh_sessions(out)?;
     let mut renderer = GpuStimuli::new(args.device.as_deref())?;
-    let setting = match renderer.gpu().is_cpu() {
-        true => Setting { width_px: 480, height_px: 270, reference_samples: 32 },
-        false => Setting { width_px: 960, height_px: 540, reference_samples: 256 },
+    let scale = match renderer.gpu().is_cpu() {
+        true => SimulationScale { width_px: 480, height_px: 270, reference_samples: 32 },
+        false => SimulationScale { width_px: 960, height_px: 540, reference_samples: 256 },
     };
-    let setting = match args.size {
-        Some(size) => Setting { width_px: size.width, height_px: size.height, ..setting },
-        None => setting,
+    let scale = match args.size {
+        Some(size) => SimulationScale { width_px: size.width, height_px: size.height, ..scale },
+        None => scale,
     };
     console.note(format!(
         "device: {}; pictures of {}x{} per eye, {} paths a pixel in the reference (a study uses 1920x1080 and 1024)",
         renderer.gpu().info().name,
-        setting.width_px,
-        setting.height_px,
-        setting.reference_samples
+        scale.width_px,
+        scale.height_px,
+        scale.reference_samples
     ));
     let store = Store::new(out.join("store"));
     let mut ran = Vec::new();
     for (name, text) in STUDIES {
-        let study = small(out, name, text, &setting, args.observers)?;
+        let study = small_study(out, name, text, &scale, args.observers)?;
         let problems = validate::resolve(&study.definition, &catalogue());
         if let Some(first) = problems.first() {
             console.note(format!("study `{name}` is left out: {first}"));

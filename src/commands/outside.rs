@@ -4,13 +4,13 @@ use crate::scene::Loading;
 
 /// Where a scene's files may lie.
 #[derive(Debug, Clone, Copy, clap::Args)]
-pub struct Outside {
+pub struct OutsideArgs {
     /// Let a glTF file, and the side-car beside it, name files outside its folder, by `..` or through a symbolic link.
     #[arg(long)]
     allow_outside: bool,
 }
 
-impl Outside {
+impl OutsideArgs {
     pub fn loading(self) -> Loading {
         Loading { allow_outside: self.allow_outside, ..Loading::default() }
     }

@@ -13,13 +13,13 @@ use super::WrongUsage;
 use super::catalogue::catalogue;
 use super::device::{self, Size};
 use super::networks::NetworkFiles;
-use super::outside::Outside;
-use super::simulated::{self, STUDIES, Setting};
+use super::outside::OutsideArgs;
+use super::simulated::{self, STUDIES, SimulationScale};
 use super::stimulus::GpuStimuli;
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::paper::{self, Kind, Part, Piece, Progress, Request, Scale, Sessions, Speeds, in_words};
-use crate::scene::Shelf;
+use crate::scene::SceneCache;
 use crate::study::prepare::{self, Shard};
 use crate::study::sha256_hex;
 use crate::study::stimulus::{StimulusRenderer as _, StimulusRequest};
@@ -74,7 +74,7 @@ pub struct Args {
     #[command(flatten)]
     networks: NetworkFiles,
     #[command(flatten)]
-    outside: Outside,
+    outside: OutsideArgs,
 }
 
 /// See [`Args`].
@@ -141,7 +141,7 @@ fn request(args: &Args) -> Result<Request, WrongUsage> {
         scale,
         parts: args.parts.clone(),
         sessions: args.sessions.clone(),
-        shelf: Shelf::new(args.outside.loading()),
+        scene_cache: SceneCache::new(args.outside.loading()),
         networks: Default::default(),
         network_options: args.networks.named().map(|(option, file)| (option, file.to_owned())).collect(),
     })
@@ -164,9 +164,9 @@ fn sweep(request: &Request) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn setting(request: &Request) -> Setting {
+fn simulation_scale(request: &Request) -> SimulationScale {
     let [width_px, height_px] = request.scale.study_size;
-    Setting { width_px, height_px, reference_samples: request.scale.study_paths }
+    SimulationScale { width_px, height_px, reference_samples: request.scale.study_paths }
 }
 
 /// The pieces of work: one for each study of which sessions are simulated.
@@ -174,7 +174,7 @@ fn study_pieces(request: &Request, observers: u32) -> anyhow::Result<Vec<Piece>>
     let mut known: Vec<StimulusRequest> = Vec::new();
     let mut pieces = Vec::new();
     for (name, text) in STUDIES {
-        let text = simulated::small_text(text, &setting(request), observers)?;
+        let text = simulated::small_text(text, &simulation_scale(request), observers)?;
         let call = sha256_hex(text.as_bytes());
         let study = validate::parse(Path::new(name), text)?;
         let mut new = prepare::requests(&study.definition, Shard::WHOLE);
@@ -201,11 +201,11 @@ fn simulate(
     let work = request.work();
     let root = work.join("sessions");
     std::fs::create_dir_all(&root).with_context(|| format!("cannot make {}", root.display()))?;
-    let mut renderer = GpuStimuli::on(Rc::clone(gpu), request.shelf.clone());
+    let mut renderer = GpuStimuli::on(Rc::clone(gpu), request.scene_cache.clone());
     let store = Store::new(work.join("store"));
     let mut folders = Vec::new();
     for (name, text) in STUDIES {
-        let study = simulated::small(&work, name, text, &setting(request), observers)?;
+        let study = simulated::small_study(&work, name, text, &simulation_scale(request), observers)?;
         if let Some(first) = validate::resolve(&study.definition, &catalogue()).first() {
             anyhow::bail!("study `{name}` cannot be shown by this build: {first}");
         }

@@ -11,8 +11,8 @@ use crate::metrics::{Judge, Networks, Scores};
 use crate::picture::{self, PictureError, StereoPicture};
 use crate::scene::Eye;
 
-/// Settings of the tone map and of FLIP.
-pub struct Display {
+/// How the pictures are seen: what the tone map and FLIP need to know.
+pub struct ViewingConditions {
     /// Exposure of the reference, used for both pictures, because an EXR does not state one.
     pub exposure: f32,
     pub pixels_per_degree: f32,
@@ -59,7 +59,7 @@ struct LayerScores {
 pub fn compare(
     reference: &Path,
     picture: &Path,
-    (display, networks): (&Display, &NetworkFiles),
+    (display, networks): (&ViewingConditions, &NetworkFiles),
     console: &Console,
 ) -> anyhow::Result<()> {
     let colors = [picture::read_exr(reference, "")?, picture::read_exr(picture, "")?];
@@ -114,7 +114,7 @@ fn layer(path: &Path) -> Result<Option<StereoPicture>, PictureError> {
 fn score(
     [reference, picture]: &[StereoPicture; 2],
     eye: Eye,
-    (display, networks): (&Display, &Networks),
+    (display, networks): (&ViewingConditions, &Networks),
     counts: impl Fn([f32; 3]) -> bool,
 ) -> anyhow::Result<Option<LayerScores>> {
     let size = (reference.width as usize, reference.height as usize);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::catalogue::catalogue;
 use super::find_study::find_study;
 use crate::console::{self, Console};
-use crate::study::prepare::{self, Found, Shard};
+use crate::study::prepare::{self, Shard, StimulusState};
 use crate::study::stimulus::StimulusRenderer;
 use crate::study::store::Store;
 use crate::study::validate::{self, StudyError};
@@ -73,7 +73,7 @@ pub fn run_with(args: Args, console: &Console, renderer: &mut dyn StimulusRender
         let mut progress = console.progress("preparing", total);
         prepare::prepare(&study.definition, &store, renderer, shard, &mut |request, found| {
             console::check_interrupted()?;
-            let what = if found == Found::Whole { "is there" } else { "rendering" };
+            let what = if found == StimulusState::Whole { "is there" } else { "rendering" };
             progress.step(&format!("{} {what}", request.label()));
             Ok(())
         })?

@@ -20,9 +20,9 @@ use crate::render::{
 use crate::scene::{self, Fallback};
 
 use super::WrongUsage;
-use super::ao::Reach;
+use super::ao::AoArgs;
 use super::device::{self, Size};
-use super::outside::Outside;
+use super::outside::OutsideArgs;
 use super::sequence::{self, Sequence};
 
 /// Render a stereo image as multi-view EXR and side-by-side PNG, with render.json; with --path, a sequence of images.
@@ -32,7 +32,7 @@ pub struct Args {
     /// The scene: a built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
     #[command(flatten)]
-    outside: Outside,
+    outside: OutsideArgs,
     /// The method's name, or NAME@N for N rays per pixel.
     #[arg(long, short)]
     method: String,
@@ -86,7 +86,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Ao::None)]
     ao: Ao,
     #[command(flatten)]
-    reach: Reach,
+    reach: AoArgs,
     /// How rays through the scene's geometry find what they hit.
     #[arg(long, value_enum, default_value_t = Trace::Auto)]
     trace: Trace,

@@ -18,13 +18,13 @@ use crate::display::{
     Display,
     desktop::{Desktop, DesktopOptions},
     openxr::{self, OpenXr},
-    operator::Mirrored,
+    operator::WithOperatorWindow,
 };
 #[cfg(feature = "gpu")]
 use crate::study::content::content;
 use crate::study::disk::Disk;
 use crate::study::freeze;
-use crate::study::session::{Ended, Options, Session};
+use crate::study::session::{Options, Session, SessionEnd};
 use crate::study::sessions::Sessions;
 use crate::study::store::Store;
 use crate::study::validate::{Study, is_participant_id};
@@ -133,9 +133,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
             let content = content(&study, session.plan(), session.setup(), kind)?;
             display.begin(content.clone(), session.setup(), session.start_ns());
             console.note(openxr::KEYS);
-            let mut display = Mirrored::new(display, &content);
+            let mut display = WithOperatorWindow::new(display, &content);
             let ended = session.run(&mut display);
-            console.note(display.display().pace().sentence());
+            console.note(display.display().frame_statistics().sentence());
             display.display().gpu().check_validation()?;
             ended?
         }
@@ -213,7 +213,7 @@ fn last_words(journal: &Path) -> anyhow::Result<Option<(u64, f64)>> {
     Ok(last.map(|(line, wall)| (line, (chrono::Utc::now() - wall).num_milliseconds() as f64 / 60e3)))
 }
 
-fn report(ended: Ended, kind: Kind, console: &Console) -> anyhow::Result<()> {
+fn report(ended: SessionEnd, kind: Kind, console: &Console) -> anyhow::Result<()> {
     let outcome = match ended.outcome {
         Some(Outcome::Completed) => "completed",
         Some(Outcome::Declined) => "declined",

@@ -7,7 +7,7 @@ use cyclopean_analysis::files::write_bytes;
 use serde_json::json;
 
 use super::WrongUsage;
-use super::outside::Outside;
+use super::outside::OutsideArgs;
 use crate::console::Console;
 use crate::scene::manifest::{Geometry, Manifest};
 use crate::scene::survey::{Survey, survey};
@@ -32,7 +32,7 @@ enum Action {
         #[arg(long)]
         detail: Option<f64>,
         #[command(flatten)]
-        outside: Outside,
+        outside: OutsideArgs,
     },
     /// Write a built-in scene as NAME.gltf with its .bin, PNG textures and manifest.
     Export {

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use cyclopean_analysis::journal::record::Stimulus;
-use cyclopean_analysis::report::session::{Told, session_page};
+use cyclopean_analysis::report::session::{SessionTimeline, session_page};
 use cyclopean_analysis::{escape, files};
 
 use super::WrongUsage;
 use crate::console::{Console, check_interrupted};
 use crate::picture;
-use crate::study::show::{Again, Seen, again};
+use crate::study::show::{RecordedSession, RenderedAgain, render_again};
 use crate::study::store::Store;
 
 /// Show what a participant saw: make a page that plays the session back, and render any trial again, checked against
@@ -72,14 +72,18 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         return Err(WrongUsage("--trial: one journal at a time".to_owned()).into());
     }
     anyhow::ensure!(!args.out.exists(), "{} exists; give a folder that does not exist yet", args.out.display());
-    let seen = args.journals.iter().map(|path| Ok((path, Seen::read(path)?))).collect::<anyhow::Result<Vec<_>>>()?;
+    let recorded = args
+        .journals
+        .iter()
+        .map(|path| Ok((path, RecordedSession::read(path)?)))
+        .collect::<anyhow::Result<Vec<_>>>()?;
     let store = Store::new(&args.store);
     let asked = match args.trial {
         Some(trial) => {
-            let (path, seen) = &seen[0];
-            seen.of(path, trial)?.into_iter().map(|(what, at)| (0, what.to_owned(), at)).collect()
+            let (path, recorded) = &recorded[0];
+            recorded.of(path, trial)?.into_iter().map(|(what, at)| (0, what.to_owned(), at)).collect()
         }
-        None if args.check => every_stimulus(&seen),
+        None if args.check => every_stimulus(&recorded),
         None => Vec::new(),
     };
     let mut reports = Vec::new();
@@ -88,11 +92,11 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         let mut progress = console.progress("rendering", asked.len() as u64);
         for (journal, what, at) in asked {
             check_interrupted()?;
-            let (path, seen) = &seen[journal];
-            let of = &seen.stimuli[at as usize];
+            let (path, recorded) = &recorded[journal];
+            let of = &recorded.stimuli[at as usize];
             progress.step(&of.1.label());
             let folder = args.out.join(&what);
-            let made = again(&mut *renderer, of, &folder)?;
+            let made = render_again(&mut *renderer, of, &folder)?;
             let difference = difference(&store, &of.0, &made)?;
             if args.check {
                 std::fs::remove_dir_all(&folder).with_context(|| format!("cannot empty {}", folder.display()))?;
@@ -111,18 +115,18 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     }
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let mut pages = Vec::new();
-    for (number, (path, seen)) in seen.into_iter().enumerate() {
-        let name = if args.journals.len() == 1 { "session".to_owned() } else { page_name(number + 1, path, &seen) };
-        pages.push(page(&args.out.join(format!("{name}.html")), path, seen, &store)?);
+    for (number, (path, recorded)) in recorded.into_iter().enumerate() {
+        let name = if args.journals.len() == 1 { "session".to_owned() } else { page_name(number + 1, path, &recorded) };
+        pages.push(page(&args.out.join(format!("{name}.html")), path, recorded, &store)?);
     }
-    tell(&reports, &pages, args, console)
+    print_reports(&reports, &pages, args, console)
 }
 
 /// Every stimulus of all journals, each once, by its address.
-fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
+fn every_stimulus(recorded: &[(&PathBuf, RecordedSession)]) -> Vec<(usize, String, u32)> {
     let mut found: BTreeMap<&str, (usize, String, u32)> = BTreeMap::new();
-    for (journal, (_, seen)) in seen.iter().enumerate() {
-        for (at, (stimulus, _)) in (0u32..).zip(&seen.stimuli) {
+    for (journal, (_, recorded)) in recorded.iter().enumerate() {
+        for (at, (stimulus, _)) in (0u32..).zip(&recorded.stimuli) {
             found.entry(&stimulus.key).or_insert_with(|| (journal, format!("{journal}-{at}"), at));
         }
     }
@@ -134,15 +138,15 @@ fn every_stimulus(seen: &[(&PathBuf, Seen)]) -> Vec<(usize, String, u32)> {
 
 /// The page's name for one of several journals, which may have equal names in different folders. Names in a journal are
 /// escaped, so that they lead to no other folder.
-fn page_name(number: usize, path: &Path, seen: &Seen) -> String {
+fn page_name(number: usize, path: &Path, recorded: &RecordedSession) -> String {
     let session = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    escape::file_name(&format!("{number:03}_{}_{}_{session}", seen.header.study.id, seen.header.participant))
+    escape::file_name(&format!("{number:03}_{}_{}_{session}", recorded.header.study.id, recorded.header.participant))
 }
 
 /// Writes the page. Its pictures come from the store, if they are there and whole.
-fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<PathBuf> {
+fn page(to: &Path, journal: &Path, recorded: RecordedSession, store: &Store) -> anyhow::Result<PathBuf> {
     let mut pictures = BTreeMap::new();
-    for (stimulus, _) in &seen.stimuli {
+    for (stimulus, _) in &recorded.stimuli {
         if let Ok(Some(stored)) = store.check(&stimulus.key) {
             let first = stored.frame_paths().into_iter().next();
             if let Some(png) = first.and_then(|path| thumbnail(&path)) {
@@ -150,8 +154,9 @@ fn page(to: &Path, journal: &Path, seen: Seen, store: &Store) -> anyhow::Result<
             }
         }
     }
-    let told = Told::of(seen.entries).with_context(|| format!("{}: it has no header", journal.display()))?;
-    files::write_bytes(to, session_page(&told, &pictures).as_bytes())?;
+    let timeline =
+        SessionTimeline::of(recorded.entries).with_context(|| format!("{}: it has no header", journal.display()))?;
+    files::write_bytes(to, session_page(&timeline, &pictures).as_bytes())?;
     Ok(to.to_owned())
 }
 
@@ -175,7 +180,7 @@ fn thumbnail(path: &Path) -> Option<Vec<u8>> {
 
 /// How much a stimulus that came out differently differs from the one in the store; none: it is the same, or not in the
 /// store.
-fn difference(store: &Store, stimulus: &Stimulus, made: &Again) -> anyhow::Result<Option<Difference>> {
+fn difference(store: &Store, stimulus: &Stimulus, made: &RenderedAgain) -> anyhow::Result<Option<Difference>> {
     let Ok(Some(stored)) = store.check(&stimulus.key) else { return Ok(None) };
     if made.differing.is_empty() || stored.side_car.files != stimulus.files {
         return Ok(None);
@@ -202,7 +207,7 @@ fn compare(then: &image::RgbImage, now: &image::RgbImage) -> Difference {
     }
 }
 
-fn tell(reports: &[Report], pages: &[PathBuf], args: &Args, console: &Console) -> anyhow::Result<()> {
+fn print_reports(reports: &[Report], pages: &[PathBuf], args: &Args, console: &Console) -> anyhow::Result<()> {
     console.object(&serde_json::json!({ "stimuli": reports, "pages": pages }))?;
     for report in reports.iter().filter(|r| !args.check || !r.same_bytes) {
         let how = match (&report.same_bytes, &report.difference) {

@@ -7,7 +7,7 @@ use cyclopean_analysis::files;
 use cyclopean_analysis::journal::record::Kind;
 
 use crate::console::{Console, check_interrupted};
-use crate::study::prepare::{self, Found, Shard};
+use crate::study::prepare::{self, Shard, StimulusState};
 use crate::study::session::{self, Options};
 use crate::study::store::Store;
 use crate::study::validate::{self, Study};
@@ -22,7 +22,7 @@ pub const STUDIES: [(&str, &str); 3] = [
 ];
 
 /// The sizes and counts of a small setting.
-pub struct Setting {
+pub struct SimulationScale {
     pub width_px: u32,
     pub height_px: u32,
     pub reference_samples: u32,
@@ -32,12 +32,12 @@ pub struct Setting {
 ///
 /// # Errors
 /// A built-in study that is not JSON.
-pub fn small_text(text: &str, setting: &Setting, observers: u32) -> anyhow::Result<String> {
+pub fn small_text(text: &str, scale: &SimulationScale, observers: u32) -> anyhow::Result<String> {
     let mut study: serde_json::Value = serde_json::from_str(text).context("a built-in study is no JSON")?;
     let stimuli = &mut study["stimuli"];
-    stimuli["width_px"] = setting.width_px.into();
-    stimuli["height_px"] = setting.height_px.into();
-    stimuli["samples"]["path-traced"] = setting.reference_samples.into();
+    stimuli["width_px"] = scale.width_px.into();
+    stimuli["height_px"] = scale.height_px.into();
+    stimuli["samples"]["path-traced"] = scale.reference_samples.into();
     study["participants"] = observers.into();
     Ok(serde_json::to_string_pretty(&study)?)
 }
@@ -46,11 +46,17 @@ pub fn small_text(text: &str, setting: &Setting, observers: u32) -> anyhow::Resu
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn small(out: &Path, name: &str, text: &str, setting: &Setting, observers: u32) -> anyhow::Result<Study> {
+pub fn small_study(
+    out: &Path,
+    name: &str,
+    text: &str,
+    scale: &SimulationScale,
+    observers: u32,
+) -> anyhow::Result<Study> {
     let folder = out.join("studies");
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let path = folder.join(format!("{name}.json"));
-    let text = small_text(text, setting, observers)?;
+    let text = small_text(text, scale, observers)?;
     files::write_bytes(&path, text.as_bytes())?;
     Ok(validate::parse(&path, text)?)
 }
@@ -69,7 +75,7 @@ pub fn prepare_stimuli(
     let mut progress = console.progress(&format!("{} stimuli", study.definition.id), total);
     prepare::prepare(&study.definition, store, renderer, Shard::WHOLE, &mut |request, found| {
         check_interrupted()?;
-        let what = if found == Found::Whole { "is there" } else { "rendering" };
+        let what = if found == StimulusState::Whole { "is there" } else { "rendering" };
         progress.step(&format!("{} {what}", request.label()));
         Ok(())
     })?;

@@ -13,7 +13,7 @@ use crate::picture::{self, Part, StereoPicture};
 use crate::render::{
     Ao, AoSettings, Method, Rendered, Renderer, Request, SETTLING, Settings, fast_ray_queries, identity, shaders,
 };
-use crate::scene::{self, HeadPath, Scene, Shelf, StereoCamera, View};
+use crate::scene::{self, HeadPath, Scene, SceneCache, StereoCamera, View};
 use crate::study::sha256_hex;
 use crate::study::stimulus::{STIMULUS_FILES, StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 
@@ -23,7 +23,7 @@ use super::device;
 /// another.
 pub struct GpuStimuli {
     gpu: Rc<Gpu>,
-    scenes: Shelf,
+    scenes: SceneCache,
     renderer: Option<Renderer>,
 }
 
@@ -31,7 +31,7 @@ pub struct GpuStimuli {
 const MOST_FRAMES: u32 = 10_000;
 
 /// One request in the renderer's terms.
-struct Job {
+struct RenderJob {
     scene: Arc<Scene>,
     view: View,
     /// The path that the head follows from `view`, and the number of its frames that are shown; none: a still.
@@ -46,11 +46,11 @@ impl GpuStimuli {
     /// # Errors
     /// No device.
     pub fn new(device: Option<&str>) -> anyhow::Result<GpuStimuli> {
-        Ok(GpuStimuli::on(device::open(device)?, Shelf::default()))
+        Ok(GpuStimuli::on(device::open(device)?, SceneCache::default()))
     }
 
     /// A renderer on an open device, with scenes that may be loaded already.
-    pub fn on(gpu: Rc<Gpu>, scenes: Shelf) -> GpuStimuli {
+    pub fn on(gpu: Rc<Gpu>, scenes: SceneCache) -> GpuStimuli {
         GpuStimuli { gpu, scenes, renderer: None }
     }
 
@@ -63,7 +63,7 @@ impl GpuStimuli {
         Ok(self.scenes.load(name)?)
     }
 
-    fn job(&self, request: &StimulusRequest) -> anyhow::Result<Job> {
+    fn job(&self, request: &StimulusRequest) -> anyhow::Result<RenderJob> {
         let scene = self.scene(&request.scene)?;
         let mut view = device::view(&scene, request.view.as_deref())?.clone();
         // The paper's studies show black where nothing is known of a reflection.
@@ -101,11 +101,11 @@ impl GpuStimuli {
                 Some((path, frames))
             }
         };
-        Ok(Job { scene, view, film, method, settings })
+        Ok(RenderJob { scene, view, film, method, settings })
     }
 
     /// Renders a still into `into`.
-    fn still(&mut self, job: &Job, into: &Path) -> anyhow::Result<StimulusInfo> {
+    fn still(&mut self, job: &RenderJob, into: &Path) -> anyhow::Result<StimulusInfo> {
         let camera = job.camera(0);
         let asked = Request { camera: &camera, method: &job.method, settings: &job.settings, frames: 1 };
         let rendered = self.renderer(job)?.render(&asked, &mut |_, _| check_interrupted())?;
@@ -118,7 +118,7 @@ impl GpuStimuli {
 
     /// Renders the frames of a path into `into`. A method that accumulates frames begins as if the head had been still
     /// before.
-    fn film(&mut self, job: &Job, (path, frames): (&HeadPath, u32), into: &Path) -> anyhow::Result<StimulusInfo> {
+    fn film(&mut self, job: &RenderJob, (path, frames): (&HeadPath, u32), into: &Path) -> anyhow::Result<StimulusInfo> {
         let (view, seed) = (&job.view, job.settings.seed);
         let mut prepared = self.renderer(job)?.prepare(&job.camera(0), &job.method, &job.settings)?;
         let mut progress = |_, _| check_interrupted();
@@ -148,7 +148,7 @@ impl GpuStimuli {
     }
 
     /// The renderer, with the job's scene uploaded.
-    fn renderer(&mut self, job: &Job) -> anyhow::Result<&mut Renderer> {
+    fn renderer(&mut self, job: &RenderJob) -> anyhow::Result<&mut Renderer> {
         if self.renderer.as_ref().is_none_or(|r| r.scene().content_sha256 != job.scene.content_sha256) {
             // The old scene's memory is freed first.
             self.renderer = None;
@@ -161,7 +161,7 @@ impl GpuStimuli {
         })
     }
 
-    fn info(&self, job: &Job, samples: u32, standard_error: Option<f64>) -> StimulusInfo {
+    fn info(&self, job: &RenderJob, samples: u32, standard_error: Option<f64>) -> StimulusInfo {
         let fov = job.camera(0).eye(scene::Eye::Left).fov;
         StimulusInfo {
             scene_sha256: Some(job.scene.content_sha256.clone()),
@@ -176,7 +176,7 @@ impl GpuStimuli {
     }
 }
 
-impl Job {
+impl RenderJob {
     /// The eyes of a frame; a still has one.
     fn camera(&self, frame: u32) -> StereoCamera {
         let aspect = self.settings.aspect();
@@ -190,7 +190,7 @@ impl Job {
 impl StimulusRenderer for GpuStimuli {
     fn identity(&self, request: &StimulusRequest) -> anyhow::Result<String> {
         let job = self.job(request)?;
-        let Job { scene, film, method, settings, .. } = &job;
+        let RenderJob { scene, film, method, settings, .. } = &job;
         let of = |frame: u32| identity(scene, &job.camera(frame), method, settings, self.gpu.info().kind);
         let Some((path, frames)) = film else { return Ok(of(0)?) };
         // The hash covers every frame's camera and the rate, because the motion of the scene itself follows from both.

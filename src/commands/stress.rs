@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::console::{Console, check_interrupted};
 use crate::gpu::DeviceInfo;
 use crate::picture::{self, Part};
-use crate::stress::{self, Along, Bench, Case, Outcome, SWEEPS, Shot};
+use crate::stress::{self, Bench, Case, CasePicture, Outcome, SWEEPS, SweepResult};
 
 use super::WrongUsage;
 use super::device;
@@ -47,7 +47,7 @@ struct Report<'a> {
     device: &'a DeviceInfo,
     failed: Vec<&'static str>,
     cases: Vec<Outcome>,
-    sweeps: Vec<Along>,
+    sweeps: Vec<SweepResult>,
     /// Pictures of what failed.
     pictures: Vec<PathBuf>,
 }
@@ -134,7 +134,7 @@ fn say(console: &Console, o: &Outcome) {
     }
 }
 
-fn say_sweep(console: &Console, a: &Along) {
+fn say_sweep(console: &Console, a: &SweepResult) {
     let word = if a.passed { "pass" } else { "FAIL" };
     console.line(format!(
         "{word}  {:<28} {:>10} {} relative squared error, bias up to {:.2} % · {}",
@@ -182,7 +182,7 @@ fn write(folder: &Path, bench: &Bench) -> anyhow::Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-fn write_shot(folder: &Path, stem: &str, shot: &Shot) -> Result<[PathBuf; 2], picture::PictureError> {
+fn write_shot(folder: &Path, stem: &str, shot: &CasePicture) -> Result<[PathBuf; 2], picture::PictureError> {
     let (exr, png) = (folder.join(format!("{stem}.exr")), folder.join(format!("{stem}.png")));
     let parts = [Part { layer: "", picture: &shot.linear }, Part { layer: "reflection", picture: &shot.reflection }];
     picture::write_exr(&exr, &parts)?;

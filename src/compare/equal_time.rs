@@ -2,7 +2,7 @@
 //! baseline's error at that time is read from a curve through its measured sample counts. `run` calls it with a scene's
 //! rows, and `sequence` uses the [`Curve`].
 
-use super::report::{EqualTime, LeftOut, Row};
+use super::report::{EqualTime, MissingRatio, Row};
 
 /// The measures that are compared at equal time, in this order.
 const MEASURES: [&str; 3] = ["mse", "relmse", "tonemapped_mse"];
@@ -10,7 +10,7 @@ const MEASURES: [&str; 3] = ["mse", "relmse", "tonemapped_mse"];
 /// The errors of each method and of the baseline at the time that the method takes. There is nothing for a fallback
 /// with fewer than two sample counts of the baseline. A measure that has no ratio although there are enough sample
 /// counts is added to `left_out`.
-pub fn equal_time(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<EqualTime> {
+pub fn equal_time(rows: &[Row], baseline: &str, left_out: &mut Vec<MissingRatio>) -> Vec<EqualTime> {
     let mut found = Vec::new();
     for row in rows.iter().filter(|r| r.method != baseline) {
         let of_baseline = |r: &&Row| r.method == baseline && r.fallback == row.fallback;
@@ -20,7 +20,7 @@ pub fn equal_time(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> 
         }
         let [mse, relmse, tonemapped_mse] = MEASURES.map(|measure| {
             let both = at_equal_time(row, &of_baseline, measure);
-            both.map_err(|why| left_out.push(LeftOut::of(row, format!("equal_time_{measure}"), why))).ok()
+            both.map_err(|why| left_out.push(MissingRatio::of(row, format!("equal_time_{measure}"), why))).ok()
         });
         let Some(mse) = mse else { continue };
         found.push(EqualTime {
@@ -45,26 +45,26 @@ pub fn equal_time(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> 
 
 /// A method's error and the baseline's at the method's time.
 #[derive(Debug, Clone, Copy)]
-struct Both {
+struct ErrorsAtEqualTime {
     ms: f64,
     own: f64,
     baseline: f64,
     extrapolated: bool,
 }
 
-impl Both {
+impl ErrorsAtEqualTime {
     fn ratio(self) -> f64 {
         self.own / self.baseline
     }
 }
 
 /// One measure of one row, or why it cannot be compared.
-fn at_equal_time(row: &Row, of_baseline: &[&Row], measure: &str) -> Result<Both, &'static str> {
+fn at_equal_time(row: &Row, of_baseline: &[&Row], measure: &str) -> Result<ErrorsAtEqualTime, &'static str> {
     let own = point(row, measure).ok_or("the method's error is 0 or undefined")?;
     let (log_error, extrapolated) = Curve::of(of_baseline, measure)
         .at(own.0)
         .ok_or("the baseline has fewer than two measured points with an error above 0")?;
-    Ok(Both { ms: own.0.exp(), own: own.1.exp(), baseline: log_error.exp(), extrapolated })
+    Ok(ErrorsAtEqualTime { ms: own.0.exp(), own: own.1.exp(), baseline: log_error.exp(), extrapolated })
 }
 
 /// The logarithms of a row's median time for reflections and of its error, which is the mean of the eyes.

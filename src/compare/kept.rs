@@ -43,13 +43,13 @@ pub const PROGRAM: [&str; 2] = [
 ];
 
 /// The place where the results of one scene with these options are kept. They may not be there yet.
-pub struct Kept {
+pub struct KeptScene {
     folder: PathBuf,
     key: String,
 }
 
 /// The results of one scene that a file holds.
-pub(super) trait Results: Serialize + DeserializeOwned {
+pub(super) trait SceneResults: Serialize + DeserializeOwned {
     /// The scene's name.
     fn scene(&self) -> &str;
     /// When the measurement ended.
@@ -58,7 +58,7 @@ pub(super) trait Results: Serialize + DeserializeOwned {
 
 /// Reads the results in a file, if it is there and undamaged. A note says where they come from, or why they are not
 /// used.
-pub(super) fn find_at<C: Results>(path: &Path, console: &Console) -> Option<C> {
+pub(super) fn find_at<C: SceneResults>(path: &Path, console: &Console) -> Option<C> {
     if !path.exists() {
         return None;
     }
@@ -81,7 +81,7 @@ pub(super) fn find_at<C: Results>(path: &Path, console: &Console) -> Option<C> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(super) fn keep_at<C: Results>(path: &Path, content: &C, console: &Console) -> Result<(), CompareError> {
+pub(super) fn keep_at<C: SceneResults>(path: &Path, content: &C, console: &Console) -> Result<(), CompareError> {
     let bytes = encode(content)?;
     // JSON has no infinity. A file with such a number could not be read back, or would hold another number.
     if let Err(reason) = decode::<C>(&bytes) {
@@ -114,7 +114,7 @@ struct File<C> {
 
 /// What is kept of a scene.
 #[derive(Serialize, Deserialize)]
-pub struct Content {
+pub struct KeptContent {
     /// When the measurement ended.
     measured: DateTime<Utc>,
     pub scene: SceneReport,
@@ -122,7 +122,7 @@ pub struct Content {
     sheets: BTreeMap<String, String>,
 }
 
-impl Results for Content {
+impl SceneResults for KeptContent {
     fn scene(&self) -> &str {
         &self.scene.scene
     }
@@ -132,26 +132,26 @@ impl Results for Content {
     }
 }
 
-impl Content {
+impl KeptContent {
     /// The results of a measurement that has just ended, without sheets.
-    pub fn new(scene: SceneReport) -> Content {
-        Content { measured: Utc::now(), scene, sheets: BTreeMap::new() }
+    pub fn new(scene: SceneReport) -> KeptContent {
+        KeptContent { measured: Utc::now(), scene, sheets: BTreeMap::new() }
     }
 }
 
-impl Kept {
+impl KeptScene {
     /// The place in this folder, which is made if it is missing.
     ///
     /// # Errors
     /// A folder that cannot be made, or a number that JSON cannot hold.
-    pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<Kept, CompareError> {
+    pub fn new(folder: &Path, gpu: &Gpu, subject: &Subject, options: &Options) -> Result<KeptScene, CompareError> {
         super::make_folder(folder)?;
-        Ok(Kept { folder: folder.to_owned(), key: key(gpu, subject, options)? })
+        Ok(KeptScene { folder: folder.to_owned(), key: key(gpu, subject, options)? })
     }
 
     /// The scene's results, if they are there and undamaged. A note says where they come from.
-    pub fn find(&self, options: &Options, console: &Console) -> Option<Content> {
-        let mut content: Content = find_at(&self.path(), console)?;
+    pub fn find(&self, options: &Options, console: &Console) -> Option<KeptContent> {
+        let mut content: KeptContent = find_at(&self.path(), console)?;
         // The cache folder may be another one than when this was written.
         let reference = &mut content.scene.reference;
         reference.files = options.cache.join(&reference.key);
@@ -162,12 +162,12 @@ impl Kept {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn keep(&self, content: &Content, console: &Console) -> Result<(), CompareError> {
+    pub fn keep(&self, content: &KeptContent, console: &Console) -> Result<(), CompareError> {
         keep_at(&self.path(), content, console)
     }
 
     /// The sheets that were kept with the results, if there are any and all are undamaged.
-    pub fn find_sheets(&self, content: &Content, console: &Console) -> Option<Vec<Sheet>> {
+    pub fn find_sheets(&self, content: &KeptContent, console: &Console) -> Option<Vec<Sheet>> {
         let read = |(fallback, digest): (&String, &String)| {
             let path = self.sheet_path(fallback);
             let png = files::read(&path, MOST_KEPT).map_err(|e| format!("it cannot be read ({e})"));
@@ -187,13 +187,13 @@ impl Kept {
     /// Keeps sheets beside the results, and their digests in the file of the results.
     ///
     /// # Errors
-    /// As [`Kept::keep`].
-    pub fn keep_sheets(&self, content: Content, sheets: &[Sheet], console: &Console) -> Result<(), CompareError> {
+    /// As [`KeptScene::keep`].
+    pub fn keep_sheets(&self, content: KeptContent, sheets: &[Sheet], console: &Console) -> Result<(), CompareError> {
         for sheet in sheets {
             files::write_bytes(&self.sheet_path(&sheet.fallback), &sheet.png)?;
         }
         let sheets = sheets.iter().map(|sheet| (sheet.fallback.clone(), sha256(&sheet.png))).collect();
-        self.keep(&Content { sheets, ..content }, console)
+        self.keep(&KeptContent { sheets, ..content }, console)
     }
 
     fn path(&self) -> PathBuf {
@@ -262,13 +262,13 @@ mod tests {
     use super::super::sample::{ratio, row, scene};
     use super::*;
 
-    fn content() -> Content {
+    fn content() -> KeptContent {
         let stereo = row("stereo", 1, 0.1 + 0.2, &[("mse", 1.0 / 3.0), ("ssim", 1e-300)]);
         let mut scene = scene("room", vec![row("sssr", 1, 1.0, &[("mse", 5e-324)]), stereo.clone()]);
         scene.exposure = 0.1;
         scene.results[1].systematic_over = Some(BTreeMap::from([(2, 0.5), (20, 0.25)]));
         scene.equal_sample.push(ratio(&stereo, "mse", 0.7));
-        Content::new(scene)
+        KeptContent::new(scene)
     }
 
     fn equal_time(ratio: f64) -> EqualTime {
@@ -290,7 +290,7 @@ mod tests {
         }
     }
 
-    fn json(content: &Content) -> Vec<u8> {
+    fn json(content: &KeptContent) -> Vec<u8> {
         serde_json::to_vec(content).expect("JSON")
     }
 
@@ -298,18 +298,18 @@ mod tests {
     fn what_is_written_is_read_and_nothing_else() {
         let content = content();
         let bytes = encode(&content).expect("JSON");
-        let read = decode::<Content>(&bytes).expect("read back");
+        let read = decode::<KeptContent>(&bytes).expect("read back");
         assert_eq!(json(&read), json(&content));
         // A digit that was changed is noticed, wherever it is.
         let digits = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit());
         for at in digits {
             let mut wrong = bytes.clone();
             wrong[at] = if wrong[at] == b'7' { b'3' } else { b'7' };
-            let taken = decode::<Content>(&wrong).is_ok_and(|read| json(&read) != json(&content));
+            let taken = decode::<KeptContent>(&wrong).is_ok_and(|read| json(&read) != json(&content));
             assert!(!taken, "byte {at} of {}", String::from_utf8_lossy(&bytes));
         }
         for end in [0, 1, bytes.len() / 2, bytes.len() - 1] {
-            assert!(decode::<Content>(&bytes[..end]).is_err(), "{end} bytes");
+            assert!(decode::<KeptContent>(&bytes[..end]).is_err(), "{end} bytes");
         }
     }
 
@@ -317,8 +317,8 @@ mod tests {
     fn a_number_that_json_does_not_know_is_not_kept() {
         let mut content = content();
         content.scene.equal_time.push(equal_time(0.5));
-        assert!(decode::<Content>(&encode(&content).expect("JSON")).is_ok());
+        assert!(decode::<KeptContent>(&encode(&content).expect("JSON")).is_ok());
         content.scene.equal_time.push(equal_time(f64::INFINITY));
-        assert!(decode::<Content>(&encode(&content).expect("JSON")).is_err());
+        assert!(decode::<KeptContent>(&encode(&content).expect("JSON")).is_err());
     }
 }

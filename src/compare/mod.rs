@@ -9,6 +9,7 @@
 //! configurations alike.
 
 pub mod ao;
+mod checkpoint;
 mod equal_time;
 mod kept;
 mod plan;
@@ -25,7 +26,6 @@ mod subject;
 mod summary;
 mod tables;
 mod times;
-mod trail;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -42,7 +42,7 @@ use crate::picture::{self, PictureError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
 
-use kept::{Content, Kept};
+use kept::{KeptContent, KeptScene};
 use subject::Subject;
 
 pub use kept::PROGRAM;
@@ -87,7 +87,7 @@ impl CompareError {
 
 /// The results of one scene.
 #[derive(Debug)]
-pub struct Done {
+pub struct SceneComparison {
     pub report: SceneReport,
     /// One sheet for each fallback. It is empty unless sheets were asked for.
     pub sheets: Vec<Sheet>,
@@ -106,22 +106,22 @@ pub struct Sheet {
 ///
 /// # Errors
 /// The scene cannot be compared, or its results cannot be kept.
-pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<Done, CompareError> {
+pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) -> Result<SceneComparison, CompareError> {
     let subject = Subject::load(name, options)?;
-    let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, &subject, options)).transpose()?;
+    let kept = options.keep.as_ref().map(|folder| KeptScene::new(folder, gpu, &subject, options)).transpose()?;
     let content = match kept.as_ref().and_then(|kept| kept.find(options, console)) {
         Some(content) => content,
         None => {
-            let content = Content::new(run::scene(gpu, &subject, options, console)?);
+            let content = KeptContent::new(run::scene(gpu, &subject, options, console)?);
             kept.as_ref().map_or(Ok(()), |kept| kept.keep(&content, console))?;
             content
         }
     };
     if !options.sheets {
-        return Ok(Done { report: content.scene, sheets: Vec::new() });
+        return Ok(SceneComparison { report: content.scene, sheets: Vec::new() });
     }
     if let Some(sheets) = kept.as_ref().and_then(|kept| kept.find_sheets(&content, console)) {
-        return Ok(Done { report: content.scene, sheets });
+        return Ok(SceneComparison { report: content.scene, sheets });
     }
     let drawn = sheet::sheets(gpu, &subject, options, console)?.into_iter().map(|(fallback, canvas)| {
         let png = picture::encode_png(Path::new(name), canvas.width, canvas.height, &canvas.rgb)?;
@@ -130,12 +130,12 @@ pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &Options, console: &Console) ->
     let sheets = drawn.collect::<Result<Vec<_>, CompareError>>()?;
     let report = content.scene.clone();
     kept.map_or(Ok(()), |kept| kept.keep_sheets(content, &sheets, console))?;
-    Ok(Done { report, sheets })
+    Ok(SceneComparison { report, sheets })
 }
 
-/// What [`part`] leaves behind.
+/// What [`run_part`] leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Leaves {
+pub enum PartOutput {
     /// Results in `options.keep`, and the references that they need.
     Results,
     /// References in `options.cache`.
@@ -147,19 +147,19 @@ pub enum Leaves {
 ///
 /// # Errors
 /// A folder that cannot be made, or Ctrl-C.
-pub fn part(
+pub fn run_part(
     gpu: &Rc<Gpu>,
     scenes: &[String],
     options: &Options,
-    leaves: Leaves,
+    output: PartOutput,
     console: &Console,
 ) -> Result<Vec<Failure>, CompareError> {
     make_folder(&options.cache)?;
     let mut failed = Vec::new();
     for name in scenes {
-        let done = match leaves {
-            Leaves::Results => scene(gpu, name, options, console).map(drop),
-            Leaves::References => {
+        let done = match output {
+            PartOutput::Results => scene(gpu, name, options, console).map(drop),
+            PartOutput::References => {
                 Subject::load(name, options).and_then(|s| s.reference(gpu, options, console)).map(drop)
             }
         };
@@ -190,7 +190,7 @@ pub fn compare_and_show(
     gpu: &Rc<Gpu>,
     scenes: &[String],
     options: &Options,
-    show: &mut dyn FnMut(&str, Option<&Done>),
+    show: &mut dyn FnMut(&str, Option<&SceneComparison>),
     console: &Console,
 ) -> Result<Report, CompareError> {
     // An error with the folders is found before the work, not after it.
@@ -217,15 +217,15 @@ pub fn compare_and_show(
 }
 
 /// Writes a scene's plots and sheets.
-fn draw(folder: &Path, done: &Done, before: usize) -> Result<(), CompareError> {
+fn draw(folder: &Path, done: &SceneComparison, before: usize) -> Result<(), CompareError> {
     let scene = &done.report;
     for (fallback, svg) in plot::plots(scene) {
         files::write_bytes(&folder.join(format!("{}.svg", stem(scene, &fallback, before))), svg.as_bytes())?;
     }
-    for knob in plot::knobs(scene) {
-        let family = knob.family.replace(['/', '\\', ' '], "-");
-        let file = format!("{}_{family}_knob.svg", stem(scene, &knob.fallback, before));
-        files::write_bytes(&folder.join(file), knob.svg.as_bytes())?;
+    for plot in plot::family_plots(scene) {
+        let family = plot.family.replace(['/', '\\', ' '], "-");
+        let file = format!("{}_{family}_knob.svg", stem(scene, &plot.fallback, before));
+        files::write_bytes(&folder.join(file), plot.svg.as_bytes())?;
     }
     for sheet in &done.sheets {
         files::write_bytes(&folder.join(sheet_name(scene, &sheet.fallback, before)), &sheet.png)?;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::metrics::Networks;
 use crate::render::{Method, Settings};
-use crate::scene::{Fallback, Scene, Shelf};
+use crate::scene::{Fallback, Scene, SceneCache};
 
 /// Everything that a comparison is asked for besides its scenes.
 #[derive(Debug, Clone)]
@@ -40,7 +40,7 @@ pub struct Options {
     /// Whether sheets are drawn: pictures of every method with enlarged parts.
     pub sheets: bool,
     /// Loads each scene once.
-    pub scenes: Shelf,
+    pub scenes: SceneCache,
 }
 
 /// Which fallbacks are compared, that is, what unknown rays see.

@@ -4,9 +4,9 @@
 
 use cyclopean_analysis::interval::student_t;
 
-use super::report::{LeftOut, Overhead, Ratio, Row};
+use super::report::{MissingRatio, Overhead, Ratio, Row};
 use crate::metrics::jackknife::{self, Figure};
-use crate::metrics::lasting::Without;
+use crate::metrics::lasting_contrast::JackknifeReplicates;
 use crate::metrics::network;
 
 /// The measures that have a value for each round, with the names of their ratios. The last two are similarities, so 1
@@ -45,16 +45,16 @@ fn quotient(own: Option<f64>, base: Option<f64>) -> Result<f64, &'static str> {
     }
 }
 
-impl LeftOut {
+impl MissingRatio {
     /// Says why a measure of this row has no ratio.
-    pub fn of(row: &Row, measure: String, why: &str) -> LeftOut {
+    pub fn of(row: &Row, measure: String, why: &str) -> MissingRatio {
         let (method, fallback) = (row.method.clone(), row.fallback.clone());
-        LeftOut { method, spp: row.spp, fallback, measure, why: why.to_owned() }
+        MissingRatio { method, spp: row.spp, fallback, measure, why: why.to_owned() }
     }
 }
 
 /// The ratios of errors and of inconsistency. A measure without a ratio is added to `left_out`.
-pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Ratio> {
+pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<MissingRatio>) -> Vec<Ratio> {
     let mut ratios = Vec::new();
     for (row, base) in peers(rows, baseline) {
         let mut add = |measure: &str, own, theirs, interval: Option<[f64; 2]>| match quotient(own, theirs) {
@@ -62,7 +62,7 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
                 let (method, fallback) = (row.method.clone(), row.fallback.clone());
                 ratios.push(Ratio { method, spp: row.spp, fallback, measure: measure.to_owned(), ratio, interval });
             }
-            Err(why) => left_out.push(LeftOut::of(row, measure.to_owned(), why)),
+            Err(why) => left_out.push(MissingRatio::of(row, measure.to_owned(), why)),
         };
         for (measure, name) in BY_ROUND {
             // A measure whose network was not named is not reported as left out.
@@ -75,7 +75,7 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
             let (own, theirs) = (of(row), of(base));
             add(name, mean(&own), mean(&theirs), ratio_of_means(&own, &theirs).1);
         }
-        let mut both = |measure: &str, f: fn(&Row) -> Option<f64>, without: Option<Group>| {
+        let mut both = |measure: &str, f: fn(&Row) -> Option<f64>, without: Option<Replicates>| {
             let interval = without.and_then(|of| over_groups([(row, f(row)?), (base, f(base)?)], of));
             add(measure, f(row), f(base), interval);
         };
@@ -89,17 +89,17 @@ pub fn equal_sample(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -
 }
 
 /// Picks the values of one figure without each group of seeds.
-type Group = fn(&Without) -> &[f64];
+type Replicates = fn(&JackknifeReplicates) -> &[f64];
 
 /// The interval of a ratio by the jackknife, from the figures without each group of seeds.
-fn over_groups([own, base]: [(&Row, f64); 2], of: Group) -> Option<[f64; 2]> {
+fn over_groups([own, base]: [(&Row, f64); 2], of: Replicates) -> Option<[f64; 2]> {
     let (a, b) = (own.0.jackknife.as_ref()?, base.0.jackknife.as_ref()?);
-    let (own, base) = (Figure { all: own.1, without: of(a) }, Figure { all: base.1, without: of(b) });
+    let (own, base) = (Figure { all: own.1, replicates: of(a) }, Figure { all: base.1, replicates: of(b) });
     (a.seeds == b.seeds).then(|| jackknife::ratio(own, base, &a.seeds))?
 }
 
 /// The ratios of times, taken in each round. A group of passes without a ratio is added to `left_out`.
-pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Vec<Overhead> {
+pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<MissingRatio>) -> Vec<Overhead> {
     let mut found = Vec::new();
     for (row, base) in peers(rows, baseline) {
         for group in row.ms.keys() {
@@ -111,7 +111,7 @@ pub fn overhead(rows: &[Row], baseline: &str, left_out: &mut Vec<LeftOut>) -> Ve
             if ratios.is_empty() {
                 let medians = quotient(row.ms.get(group).copied(), base.ms.get(group).copied());
                 let why = medians.err().unwrap_or("no round has both times");
-                left_out.push(LeftOut::of(row, format!("ms_{group}"), why));
+                left_out.push(MissingRatio::of(row, format!("ms_{group}"), why));
                 continue;
             }
             ratios.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 //! verified when it is read. [`Subject::reference`](super::subject::Subject::reference) asks for it.
 //!
 //! Tracing goes on from the sums of an earlier run with fewer paths, even if Ctrl-C ended that run. It may also stop as
-//! soon as the standard error is small enough. [`super::trail`] has these sums.
+//! soon as the standard error is small enough. [`super::checkpoint`] has these sums.
 //!
 //! A second reference with another seed is stored with it. Half the mean squared difference between the two is the
 //! variance of the reference, without any assumption about its samples. Measured like a method, the second one gives
@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use cyclopean_analysis::files;
 use serde::{Deserialize, Serialize};
 
+use super::checkpoint::Checkpoint;
 use super::plan::Options;
-use super::trail::Trail;
 use super::{CompareError, sha256};
 use crate::console::{Console, Progress, check_interrupted};
 use crate::gpu::Gpu;
@@ -106,9 +106,9 @@ impl Reference {
         let kind = gpu.info().kind;
         let key = |renderer: &Renderer, spp: u32| identity(renderer.scene(), camera, &of(spp), &settings, kind);
         let any = any_number(renderer.scene(), camera, options, kind)?;
-        let mut trails = [0, 1].map(|number| Trail::open(&options.cache, &any, number));
+        let mut checkpoints = [0, 1].map(|number| Checkpoint::open(&options.cache, &any, number));
         let most = method.samples();
-        let count = options.until.map_or(Some(most), |until| trails[0].count_for(until, most));
+        let count = options.until.map_or(Some(most), |until| checkpoints[0].count_for(until, most));
         if let Some(spp) = count
             && let Some(found) = Reference::stored(&key(renderer, spp)?, options, console)
         {
@@ -117,7 +117,7 @@ impl Reference {
         let mut prepared = renderer.prepare(camera, &of(count.unwrap_or(most)), &settings)?;
         prepared.set_until(options.until.filter(|_| count.is_none()));
         let mut bar = console.progress("reference", 2 * u64::from(prepared.method().samples()));
-        trace(&prepared, &mut trails[0], (&mut bar, 0))?;
+        trace(&prepared, &mut checkpoints[0], (&mut bar, 0))?;
         // Where nothing reflects, nothing is traced, so no number of samples is reached.
         let spp = Some(prepared.samples_reached()).filter(|spp| *spp > 0).unwrap_or(most);
         let key = key(renderer, spp)?;
@@ -133,7 +133,7 @@ impl Reference {
         prepared.set_until(None);
         prepared.set_samples(spp);
         prepared.set_seed(SEEDS[1], 0);
-        trace(&prepared, &mut trails[1], (&mut bar, spp))?;
+        trace(&prepared, &mut checkpoints[1], (&mut bar, spp))?;
         let again = [prepared.linear()?, prepared.reflection()?];
         // A reference is not stored if there was a validation message.
         gpu.check_validation()?;
@@ -257,13 +257,17 @@ pub fn follows_from(
 }
 
 /// Renders a frame, which begins with the sums that are kept. Keeps its own sums, even if Ctrl-C ends it.
-fn trace(prepared: &Prepared, trail: &mut Trail, (bar, before): (&mut Progress, u32)) -> Result<(), CompareError> {
-    trail.lend(prepared);
+fn trace(
+    prepared: &Prepared,
+    checkpoint: &mut Checkpoint,
+    (bar, before): (&mut Progress, u32),
+) -> Result<(), CompareError> {
+    checkpoint.resume(prepared);
     let done = prepared.frame(&mut |done, _| {
         bar.advance_to(u64::from(before) + u64::from(done), "");
         check_interrupted()
     });
-    trail.keep(prepared)?;
+    checkpoint.keep(prepared)?;
     Ok(done.map(|_| ())?)
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::Options;
 use super::times::Groups;
 use crate::gpu::DeviceInfo;
-use crate::metrics::lasting::{Unbiased, Without};
+use crate::metrics::lasting_contrast::{JackknifeReplicates, Unbiased};
 use crate::metrics::stereo::{Systematic, THRESHOLDS};
 use crate::render::Settings;
 
@@ -62,12 +62,12 @@ pub struct SceneReport {
     /// The times of every method over the baseline's, taken in each round.
     pub overhead: Vec<Overhead>,
     /// The ratios that the three lists above do not have, and why: a value is 0, negative, infinite or undefined.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<MissingRatio>,
 }
 
 /// A comparison with the baseline that has no ratio.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LeftOut {
+pub struct MissingRatio {
     pub method: String,
     pub spp: u32,
     pub fallback: String,
@@ -139,7 +139,7 @@ pub struct Row {
     /// The share of pairs beyond each threshold in single frames, by per cent.
     pub noise_over: Option<BTreeMap<u32, f64>>,
     /// The figures from which those intervals are made, without each group of seeds in turn.
-    pub jackknife: Option<Without>,
+    pub jackknife: Option<JackknifeReplicates>,
     /// The number of fireflies in both eyes with all seeds; see `metrics::fireflies`.
     pub fireflies_total: u64,
     /// The number of values of radiance that were clamped because fp16 cannot hold them, summed over the seeds.
@@ -248,12 +248,12 @@ pub struct Summary {
     /// The number of scenes that have a ratio.
     pub scenes: usize,
     /// The other scenes in which this method was measured with these samples and this fallback.
-    pub left_out: Vec<SceneLeftOut>,
+    pub left_out: Vec<SceneWithoutRatio>,
 }
 
 /// A scene that has no ratio which could be part of a geometric mean.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SceneLeftOut {
+pub struct SceneWithoutRatio {
     pub scene: String,
     pub why: String,
 }

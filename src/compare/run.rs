@@ -17,7 +17,7 @@ use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
 use crate::metrics::network::{self, NetworkError};
 use crate::metrics::stereo::{Consistency, share_beyond};
-use crate::metrics::{Agreement, Fireflies, Judge, Moments, Networks};
+use crate::metrics::{Fireflies, Judge, Moments, Networks, ReferenceAgreement};
 use crate::picture::StereoPicture;
 use crate::render::{FrameReport, Prepared, Settings};
 use crate::scene::Fallback;
@@ -64,7 +64,7 @@ pub fn scene(
     let networks = &options.networks;
     let judges = [0, 1].map(|eye| EyeJudge::new(&reference, eye, &masks[eye], scene.exposure, options));
 
-    let agreement = Agreement::new(&reference.pairs, reference.linear.eyes(), reference.again[0].eyes());
+    let agreement = ReferenceAgreement::new(&reference.pairs, reference.linear.eyes(), reference.again[0].eyes());
     let mut runs = Vec::new();
     for configuration in options.configurations(scene) {
         let settings = Settings { fallback: Some(configuration.fallback), ..options.settings.clone() };
@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
         configuration: Configuration,
         prepared: Prepared,
         reference: &'a Reference,
-        agreement: &'a Agreement,
+        agreement: &'a ReferenceAgreement,
     ) -> Run<'a> {
         Run {
             configuration,
@@ -307,7 +307,7 @@ impl<'a> Run<'a> {
             noise_variance_interval: over_seeds.as_ref().and_then(|o| o.noise_variance),
             noise_variance_relative: found.and_then(|f| f.noise_variance_relative),
             noise_over: found.map(|f| by_percent(f.noise_over)),
-            jackknife: over_seeds.map(|o| o.without),
+            jackknife: over_seeds.map(|o| o.replicates),
             fireflies_total: self.fireflies,
             clamped: self.clamped,
             rounds: Rounds { measures: self.by_round(), ms: self.groups },

@@ -2,7 +2,7 @@
 //! report's [`Summary`] comes out. `super::compare` calls it after each scene.
 
 use super::ratios::geometric;
-use super::report::{SceneLeftOut, SceneReport, Summary};
+use super::report::{SceneReport, SceneWithoutRatio, Summary};
 
 /// The ratio of a measure in one scene, or why it has none.
 type Vote<'a> = Result<f64, &'a str>;
@@ -22,7 +22,9 @@ pub fn over_scenes(scenes: &[SceneReport]) -> Vec<Summary> {
             let (summary, ratios) = &mut groups[at];
             match vote {
                 Ok(ratio) => ratios.push(ratio),
-                Err(why) => summary.left_out.push(SceneLeftOut { scene: scene.scene.clone(), why: why.to_owned() }),
+                Err(why) => {
+                    summary.left_out.push(SceneWithoutRatio { scene: scene.scene.clone(), why: why.to_owned() })
+                }
             }
         };
         for r in &scene.overhead {
@@ -71,7 +73,7 @@ impl Summary {
 
 #[cfg(test)]
 mod tests {
-    use super::super::report::LeftOut;
+    use super::super::report::MissingRatio;
     use super::super::sample::{ratio, row, scene};
     use super::*;
 
@@ -81,14 +83,17 @@ mod tests {
         let mut scenes = ["pica", "room", "wine"].map(|name| scene(name, vec![stereo.clone()]));
         scenes[0].equal_sample.push(ratio(&stereo, "noise_variance", 0.5));
         scenes[1].equal_sample.push(ratio(&stereo, "noise_variance", 2.0));
-        scenes[2].left_out.push(LeftOut::of(&stereo, "noise_variance".to_owned(), "nothing to divide by"));
-        scenes.iter_mut().for_each(|s| s.left_out.push(LeftOut::of(&stereo, "mse".to_owned(), "undefined")));
+        scenes[2].left_out.push(MissingRatio::of(&stereo, "noise_variance".to_owned(), "nothing to divide by"));
+        scenes.iter_mut().for_each(|s| s.left_out.push(MissingRatio::of(&stereo, "mse".to_owned(), "undefined")));
         let found = over_scenes(&scenes);
         let of = |measure: &str| found.iter().find(|s| s.measure == measure).expect("a summary");
         let noise = of("noise_variance");
         assert!((noise.geomean.expect("two scenes") - 1.0).abs() < 1e-12);
         assert_eq!((noise.scenes, noise.worst), (2, Some(2.0)));
-        assert_eq!(noise.left_out, [SceneLeftOut { scene: "wine".to_owned(), why: "nothing to divide by".to_owned() }]);
+        assert_eq!(
+            noise.left_out,
+            [SceneWithoutRatio { scene: "wine".to_owned(), why: "nothing to divide by".to_owned() }]
+        );
         let mse = of("mse");
         assert_eq!((mse.geomean, mse.worst, mse.scenes, mse.left_out.len()), (None, None, 0, 3));
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use cyclopean_analysis::journal::record::Trust;
 
-use super::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
+use super::{Display, DisplayError, DisplayInfo, StimulusFiles, TimedEvent};
 use crate::study::observer::Observer;
 use crate::study::protocol::{Event, Input, Screen};
 
@@ -91,14 +91,14 @@ impl Display for Headless {
         Ok(())
     }
 
-    fn wait(&mut self, idle_frames: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, idle_frames: u64) -> Result<TimedEvent, DisplayError> {
         let next_ns = self.frame_ns(self.frame);
         let input_ns = self.pending.front().map(|(at, _)| *at);
         if input_ns.is_some_and(|at| at <= next_ns)
             && let Some((at, input)) = self.pending.pop_front()
         {
             self.now_ns = self.now_ns.max(at);
-            return Ok(Timed { now_ns: self.now_ns, event: Event::Input(input) });
+            return Ok(TimedEvent { now_ns: self.now_ns, event: Event::Input(input) });
         }
         let until_input = match input_ns {
             // The frames before the input. Times are rounded, so the number may have to be raised.
@@ -129,14 +129,14 @@ impl Display for Headless {
             self.now_ns = last_ns;
             Event::Frames { count, first_ns: next_ns, last_ns }
         };
-        Ok(Timed { now_ns: self.now_ns, event })
+        Ok(TimedEvent { now_ns: self.now_ns, event })
     }
 
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {
         if self.is_new(screen) {
             self.pending.clear();
             let mut at = self.now_ns;
-            for (delay_ns, input) in self.observer.see(screen) {
+            for (delay_ns, input) in self.observer.respond(screen) {
                 at += delay_ns;
                 self.pending.push_back((at, input));
             }

@@ -6,7 +6,7 @@ use crate::picture;
 
 /// How a picture is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Levels {
+pub enum MipLevels {
     /// Only at its own size.
     One,
     /// With all of its smaller versions, which take a third more.
@@ -24,7 +24,7 @@ const SHARE: f64 = 0.8;
 pub fn check<'a>(
     gpu: &Gpu,
     stimuli: impl IntoIterator<Item = &'a StimulusFiles>,
-    levels: Levels,
+    levels: MipLevels,
 ) -> Result<(), String> {
     let mut bytes = 0.0;
     for files in stimuli {
@@ -32,7 +32,7 @@ pub fn check<'a>(
         let (width, height) = picture::png_size(path).map_err(|e| e.to_string())?;
         bytes += 4.0 * f64::from(width) * f64::from(height) * files.frames.len() as f64;
     }
-    let bytes = if levels == Levels::All { bytes * 4.0 / 3.0 } else { bytes };
+    let bytes = if levels == MipLevels::All { bytes * 4.0 / 3.0 } else { bytes };
     let has = gpu.local_memory_bytes() as f64;
     if bytes <= SHARE * has {
         return Ok(());

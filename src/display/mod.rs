@@ -28,7 +28,7 @@ use crate::study::protocol::{Event, Screen};
 
 /// An event, and the time of the session clock at which it is handled, nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Timed {
+pub struct TimedEvent {
     pub now_ns: u64,
     pub event: Event,
 }
@@ -119,7 +119,7 @@ pub trait Display {
     ///
     /// # Errors
     /// The display is gone, or it waits for an observer who does not answer.
-    fn wait(&mut self, idle_frames: u64) -> Result<Timed, DisplayError>;
+    fn wait(&mut self, idle_frames: u64) -> Result<TimedEvent, DisplayError>;
 
     /// Draws the screen for the frame that [`Display::wait`] announced. It stays the same until the next call.
     ///

@@ -22,7 +22,7 @@ pub struct Triangles {
 }
 
 /// One instance of the top-level structure: a bottom-level structure and how rays see it.
-pub struct Placed<'a> {
+pub struct StructureInstance<'a> {
     pub structure: &'a AccelerationStructure,
     /// The instance's custom index, as the shader reads it; 24 bits.
     pub custom: u32,
@@ -83,9 +83,9 @@ impl AccelerationStructure {
     ///
     /// # Errors
     /// As [`AccelerationStructure::of_triangles`].
-    pub fn of_structures(gpu: &Rc<Gpu>, placed: &[Placed<'_>]) -> Result<Self, GpuError> {
+    pub fn of_structures(gpu: &Rc<Gpu>, placed: &[StructureInstance<'_>]) -> Result<Self, GpuError> {
         let functions = &gpu.ray_tracing()?.functions;
-        let words = |p: &Placed<'_>| {
+        let words = |p: &StructureInstance<'_>| {
             let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(p.structure.raw);
             let flags = match p.two_sided {
                 true => vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE,

@@ -7,13 +7,13 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::access::State;
+use super::access::AccessState;
 use super::{Called, Gpu, GpuError};
 
 /// A buffer that any pass may use.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    pub(super) state: Cell<State>,
+    pub(super) state: Cell<AccessState>,
     size: u64,
     allocation: RefCell<Option<Allocation>>,
     pub(super) gpu: Rc<Gpu>,
@@ -87,8 +87,13 @@ impl Buffer {
         let raw = unsafe { gpu.device.create_buffer(&info, None) }.called("vkCreateBuffer")?;
         // SAFETY: `raw` was just made by this device.
         let requirements = unsafe { gpu.device.get_buffer_memory_requirements(raw) };
-        let buffer =
-            Buffer { raw, state: Cell::new(State::NEW), size, allocation: RefCell::new(None), gpu: Rc::clone(gpu) };
+        let buffer = Buffer {
+            raw,
+            state: Cell::new(AccessState::NEW),
+            size,
+            allocation: RefCell::new(None),
+            gpu: Rc::clone(gpu),
+        };
         let allocation = gpu.allocate(what, requirements, location, true)?;
         // SAFETY: memory and offset come from the allocator for exactly these requirements, bound once.
         unsafe { gpu.device.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }

@@ -305,7 +305,7 @@ impl Frame {
     }
 
     /// Brings a lent image into the layout in which its owner expects it back: that of a colour attachment.
-    pub fn hand_back(&mut self, image: &Image) {
+    pub fn return_lent(&mut self, image: &Image) {
         self.use_image(image, Use::COLOR);
     }
 

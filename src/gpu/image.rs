@@ -7,7 +7,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::access::{State, Use};
+use super::access::{AccessState, Use};
 use super::{Called, Gpu, GpuError};
 
 /// Size, format and usage of an image.
@@ -61,7 +61,7 @@ pub struct Image {
     pub(super) mip_views: Vec<vk::ImageView>,
     /// One layer of mip 0, for attachments.
     pub(super) layer_views: Vec<vk::ImageView>,
-    pub(super) state: Cell<State>,
+    pub(super) state: Cell<AccessState>,
     pub(super) aspect: vk::ImageAspectFlags,
     desc: ImageDesc,
     allocation: RefCell<Option<Allocation>>,
@@ -97,7 +97,7 @@ impl Image {
             view: vk::ImageView::null(),
             mip_views: Vec::new(),
             layer_views: Vec::new(),
-            state: Cell::new(State::NEW),
+            state: Cell::new(AccessState::NEW),
             aspect,
             desc,
             allocation: RefCell::new(None),
@@ -129,8 +129,8 @@ impl Image {
         Ok(image)
     }
 
-    /// A colour image of somebody else, such as a compositor, into which frames only copy. Call [`Image::take_over`] before each
-    /// use and [`super::Frame::hand_back`] after it.
+    /// A colour image of somebody else, such as a compositor, into which frames only copy. Call [`Image::receive_lent`] before each
+    /// use and [`super::Frame::return_lent`] after it.
     ///
     /// # Safety
     /// `raw` is an image of this device that matches `desc` and outlives the result.
@@ -140,7 +140,7 @@ impl Image {
             view: vk::ImageView::null(),
             mip_views: Vec::new(),
             layer_views: Vec::new(),
-            state: Cell::new(State::HANDED_OVER),
+            state: Cell::new(AccessState::HANDED_OVER),
             aspect: vk::ImageAspectFlags::COLOR,
             desc,
             allocation: RefCell::new(None),
@@ -150,8 +150,8 @@ impl Image {
     }
 
     /// Notes that the owner of a lent image has handed it over, in the layout of a colour attachment.
-    pub fn take_over(&self) {
-        self.state.set(State::HANDED_OVER);
+    pub fn receive_lent(&self) {
+        self.state.set(AccessState::HANDED_OVER);
     }
 
     /// Declares the next use and returns the barrier that it needs, if any.

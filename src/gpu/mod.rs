@@ -20,7 +20,7 @@ mod swapchain;
 mod texture;
 mod transfer;
 
-pub use acceleration::{AccelerationStructure, Placed, Triangles};
+pub use acceleration::{AccelerationStructure, StructureInstance, Triangles};
 pub use access::Use;
 pub use buffer::Buffer;
 pub use context::{DeviceInfo, Gpu, GpuOptions};
@@ -32,7 +32,7 @@ pub use pass::{ComputePass, Dispatch};
 pub use raster::{Draws, Geometry, Input, RasterPass, RasterPassDesc, Target, Targets};
 pub use spirv::{Aligned, Shader};
 pub use surface::{Surface, WithSurface};
-pub use swapchain::{Shown, Swapchain};
+pub use swapchain::{PresentOutcome, Swapchain};
 pub use texture::{Filter, MaterialSets, Sampler};
 pub use transfer::{read_buffer, read_image};
 

@@ -109,37 +109,41 @@ impl Drop for ComputePass {
 }
 
 /// A resource, ready to be written into a descriptor set.
-pub(super) enum Bound {
+pub(super) enum BoundResource {
     Image(vk::DescriptorType, vk::DescriptorImageInfo),
     Buffer(vk::DescriptorType, vk::DescriptorBufferInfo),
     Structure(vk::AccelerationStructureKHR),
 }
 
-impl Bound {
-    pub(super) fn sampled(image: &Image, sampler: &Sampler) -> Bound {
+impl BoundResource {
+    pub(super) fn sampled(image: &Image, sampler: &Sampler) -> BoundResource {
         let info = vk::DescriptorImageInfo {
             sampler: sampler.raw,
             image_view: image.view,
             image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
         };
-        Bound::Image(vk::DescriptorType::COMBINED_IMAGE_SAMPLER, info)
+        BoundResource::Image(vk::DescriptorType::COMBINED_IMAGE_SAMPLER, info)
     }
 
-    pub(super) fn buffer(buffer: &Buffer, kind: vk::DescriptorType) -> Bound {
-        Bound::Buffer(kind, vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE })
+    pub(super) fn buffer(buffer: &Buffer, kind: vk::DescriptorType) -> BoundResource {
+        BoundResource::Buffer(kind, vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE })
     }
 
     pub(super) fn kind(&self) -> vk::DescriptorType {
         match self {
-            Bound::Image(kind, _) | Bound::Buffer(kind, _) => *kind,
-            Bound::Structure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
+            BoundResource::Image(kind, _) | BoundResource::Buffer(kind, _) => *kind,
+            BoundResource::Structure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
 
 impl Frame {
     /// Allocates a descriptor set from the frame's pool and writes these descriptors into it. It lives as long as the frame.
-    pub(super) fn bind(&self, layout: vk::DescriptorSetLayout, bound: &[Bound]) -> Result<vk::DescriptorSet, GpuError> {
+    pub(super) fn bind(
+        &self,
+        layout: vk::DescriptorSetLayout,
+        bound: &[BoundResource],
+    ) -> Result<vk::DescriptorSet, GpuError> {
         let layouts = [layout];
         let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
         // SAFETY: pool and layout are alive.
@@ -147,7 +151,7 @@ impl Frame {
         let mut structures: Vec<_> = bound
             .iter()
             .map(|bound| match bound {
-                Bound::Structure(raw) => vk::WriteDescriptorSetAccelerationStructureKHR::default()
+                BoundResource::Structure(raw) => vk::WriteDescriptorSetAccelerationStructureKHR::default()
                     .acceleration_structures(std::slice::from_ref(raw)),
                 _ => vk::WriteDescriptorSetAccelerationStructureKHR::default(),
             })
@@ -159,9 +163,15 @@ impl Frame {
             .map(|(i, (bound, structure))| {
                 let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(i as u32);
                 match bound {
-                    Bound::Image(kind, info) => write.descriptor_type(*kind).image_info(std::slice::from_ref(info)),
-                    Bound::Buffer(kind, info) => write.descriptor_type(*kind).buffer_info(std::slice::from_ref(info)),
-                    Bound::Structure(_) => write.descriptor_type(bound.kind()).descriptor_count(1).push_next(structure),
+                    BoundResource::Image(kind, info) => {
+                        write.descriptor_type(*kind).image_info(std::slice::from_ref(info))
+                    }
+                    BoundResource::Buffer(kind, info) => {
+                        write.descriptor_type(*kind).buffer_info(std::slice::from_ref(info))
+                    }
+                    BoundResource::Structure(_) => {
+                        write.descriptor_type(bound.kind()).descriptor_count(1).push_next(structure)
+                    }
                 }
             })
             .collect();
@@ -176,7 +186,7 @@ impl Frame {
 pub struct Dispatch<'f> {
     frame: &'f mut Frame,
     pass: &'f ComputePass,
-    bound: Vec<Bound>,
+    bound: Vec<BoundResource>,
     constants: Vec<u8>,
 }
 
@@ -191,7 +201,7 @@ impl<'f> Dispatch<'f> {
     /// A `sampler2D`/`sampler2DArray` (or its integer kinds) that is fetched or filtered.
     pub fn sampled(mut self, image: &'f Image, sampler: &'f Sampler) -> Self {
         self.frame.use_image(image, Use::SAMPLED);
-        self.bound.push(Bound::sampled(image, sampler));
+        self.bound.push(BoundResource::sampled(image, sampler));
         self
     }
 
@@ -213,8 +223,8 @@ impl<'f> Dispatch<'f> {
     fn storage(mut self, image: &'f Image, mip: usize, how: Use) -> Self {
         // Several mips of one image in one pass are a single use of the image.
         let again = self.bound.iter().any(|b| match b {
-            Bound::Image(_, info) => image.mip_views.contains(&info.image_view),
-            Bound::Buffer(..) | Bound::Structure(_) => false,
+            BoundResource::Image(_, info) => image.mip_views.contains(&info.image_view),
+            BoundResource::Buffer(..) | BoundResource::Structure(_) => false,
         });
         if !again {
             self.frame.use_image(image, how);
@@ -224,7 +234,7 @@ impl<'f> Dispatch<'f> {
             image_view: image.mip_views[mip],
             image_layout: vk::ImageLayout::GENERAL,
         };
-        self.bound.push(Bound::Image(vk::DescriptorType::STORAGE_IMAGE, info));
+        self.bound.push(BoundResource::Image(vk::DescriptorType::STORAGE_IMAGE, info));
         self
     }
 
@@ -241,7 +251,7 @@ impl<'f> Dispatch<'f> {
     /// An acceleration structure through which the pass traces rays.
     pub fn structure(mut self, structure: &'f AccelerationStructure) -> Self {
         self.frame.use_buffer(&structure.memory, Use::STRUCTURE_READ);
-        self.bound.push(Bound::Structure(structure.raw));
+        self.bound.push(BoundResource::Structure(structure.raw));
         self
     }
 
@@ -252,7 +262,7 @@ impl<'f> Dispatch<'f> {
 
     fn buffer(mut self, buffer: &'f Buffer, kind: vk::DescriptorType, how: Use) -> Self {
         self.frame.use_buffer(buffer, how);
-        self.bound.push(Bound::buffer(buffer, kind));
+        self.bound.push(BoundResource::buffer(buffer, kind));
         self
     }
 
@@ -300,7 +310,7 @@ impl<'f> Dispatch<'f> {
     }
 
     fn record(self, dispatch: impl FnOnce(&ash::Device, vk::CommandBuffer)) -> Result<(), GpuError> {
-        let kinds: Vec<_> = self.bound.iter().map(Bound::kind).collect();
+        let kinds: Vec<_> = self.bound.iter().map(BoundResource::kind).collect();
         let pipeline = self.pass.pipeline(&kinds, self.constants.len() as u32)?;
         let gpu = Rc::clone(&self.frame.gpu);
         let device = &gpu.device;

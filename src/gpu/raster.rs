@@ -7,7 +7,7 @@ use std::rc::Rc;
 use ash::vk;
 
 use super::access::Use;
-use super::pass::Bound;
+use super::pass::BoundResource;
 use super::texture::set_layout;
 use super::{Buffer, Called, Frame, Gpu, GpuError, Image, MaterialSets, Sampler};
 
@@ -229,15 +229,15 @@ impl Frame {
             bound.push(match input {
                 Input::Uniform(buffer) => {
                     self.use_buffer(buffer, Use::UNIFORM_RASTER);
-                    Bound::buffer(buffer, Input::UNIFORM)
+                    BoundResource::buffer(buffer, Input::UNIFORM)
                 }
                 Input::Buffer(buffer) => {
                     self.use_buffer(buffer, Use::STORAGE_READ_RASTER);
-                    Bound::buffer(buffer, Input::BUFFER)
+                    BoundResource::buffer(buffer, Input::BUFFER)
                 }
                 Input::Image(image, sampler) => {
                     self.use_image(image, Use::SAMPLED_FRAGMENT);
-                    Bound::sampled(image, sampler)
+                    BoundResource::sampled(image, sampler)
                 }
             });
         }

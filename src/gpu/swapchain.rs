@@ -9,7 +9,7 @@ use super::{Called, Gpu, GpuError, Image, Surface};
 
 /// What happened to a picture that was presented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum PresentOutcome {
     /// It was queued. The number is for [`Swapchain::wait_until_shown`].
     Queued(u64),
     /// It was not shown, because the window now has another size, or none.
@@ -166,9 +166,9 @@ impl Swapchain {
     ///
     /// # Errors
     /// The error of the failed Vulkan call, for example when the window is gone.
-    pub fn present(&mut self, picture: &Image) -> Result<Shown, GpuError> {
+    pub fn present(&mut self, picture: &Image) -> Result<PresentOutcome, GpuError> {
         if self.raw == vk::SwapchainKHR::null() || picture.extent() != (self.extent.width, self.extent.height) {
-            return Ok(Shown::Stale);
+            return Ok(PresentOutcome::Stale);
         }
         let slot = &self.slots[self.next];
         let device = &self.gpu.device;
@@ -180,7 +180,7 @@ impl Swapchain {
         let index = match acquired {
             Ok((index, _)) => index as usize,
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::TIMEOUT | vk::Result::NOT_READY) => {
-                return Ok(Shown::Stale);
+                return Ok(PresentOutcome::Stale);
             }
             Err(result) => return Err(GpuError::Vulkan { call: "vkAcquireNextImageKHR", result }),
         };
@@ -214,9 +214,9 @@ impl Swapchain {
         match presented {
             Ok(_) => {
                 self.count += 1;
-                Ok(Shown::Queued(self.count))
+                Ok(PresentOutcome::Queued(self.count))
             }
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Shown::Stale),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(PresentOutcome::Stale),
             Err(result) => Err(GpuError::Vulkan { call: "vkQueuePresentKHR", result }),
         }
     }

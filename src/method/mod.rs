@@ -9,7 +9,9 @@ mod table;
 use std::fmt;
 
 pub use ao::Ao;
-pub use parts::{Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal};
+pub use parts::{
+    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Parts, Reprojection, Reuse, Temporal, Traversal,
+};
 use table::{METHODS, RECOMMENDED_WITH_RAY_QUERIES, RECOMMENDED_WITHOUT_RAY_QUERIES};
 
 /// A way to answer reflection rays, together with its number of rays. `NAME@N` is NAME with N rays a pixel, which are
@@ -17,7 +19,7 @@ use table::{METHODS, RECOMMENDED_WITH_RAY_QUERIES, RECOMMENDED_WITHOUT_RAY_QUERI
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
     base: &'static Parts,
-    /// The percentage of the method's [`Knob`], in thousandths of a per cent. `None`: the knob's default, or there is
+    /// The percentage of the method's [`NamePercentage`], in thousandths of a per cent. `None`: the knob's default, or there is
     /// no knob.
     knob: Option<u32>,
     /// Rays (of a path tracer: paths) a pixel. `None`: the method's default.
@@ -93,7 +95,7 @@ impl Method {
     /// rays never ask it.
     pub fn lost_share(&self) -> f32 {
         match self.base.knob {
-            Some(Knob::LostRays) => (self.knob_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
+            Some(NamePercentage::LostRays) => (self.knob_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
             _ => 0.0,
         }
     }
@@ -101,11 +103,11 @@ impl Method {
     /// The smallest Weber contrast between the eyes at which a pixel uses the other eye. `None`: the method has no such
     /// threshold.
     pub fn weber_share(&self) -> Option<f32> {
-        (self.base.knob == Some(Knob::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
+        (self.base.knob == Some(NamePercentage::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
     }
 
     fn knob_value(&self) -> u32 {
-        self.knob.or_else(|| self.base.knob.map(Knob::default_value)).unwrap_or(0)
+        self.knob.or_else(|| self.base.knob.map(NamePercentage::default_value)).unwrap_or(0)
     }
 
     /// The names of all methods, without `@N`.

@@ -3,7 +3,7 @@
 
 /// What the percentage at the end of a method's name sets, as in `stereo-hybrid-25`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Knob {
+pub enum NamePercentage {
     /// The share of the lost rays that may ask the scene's geometry; 100 by default. At 0 no ray asks it.
     LostRays,
     /// The Weber contrast between the eyes below which a pixel does no work in the other eye; 2 by default (seed 001,
@@ -11,12 +11,12 @@ pub enum Knob {
     Weber,
 }
 
-impl Knob {
+impl NamePercentage {
     /// The percentage of a name without one, in thousandths of a per cent.
     pub(super) fn default_value(self) -> u32 {
         match self {
-            Knob::LostRays => 100_000,
-            Knob::Weber => 2_000,
+            NamePercentage::LostRays => 100_000,
+            NamePercentage::Weber => 2_000,
         }
     }
 }
@@ -143,7 +143,7 @@ pub struct Parts {
     /// How taps are weighed. `None`: as the settings say.
     pub reuse: Option<Reuse>,
     /// What a percentage at the end of the name sets. `None`: the name has no percentage.
-    pub knob: Option<Knob>,
+    pub knob: Option<NamePercentage>,
     /// Whether this method stands for another one that the kind of device decides; see [`super::Method::on`].
     pub chosen_by_device: bool,
     /// Whether the reflections of the right eye are mirrored left to right, so that they do not fit those of the left

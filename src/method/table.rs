@@ -2,7 +2,7 @@
 //! The renderer's hash of a picture covers every field of a row, the description included.
 
 use super::parts::{
-    Accumulation, Blend, HistorySource, HitSource, Knob, Parts, Reprojection, Reuse, Temporal, Traversal,
+    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Parts, Reprojection, Reuse, Temporal, Traversal,
 };
 
 /// The baseline. The rows of the other methods say where they differ from another row.
@@ -129,20 +129,20 @@ pub(super) const METHODS: &[Parts] = &[
     Parts {
         name: "stereo-hybrid",
         about: "stereo whose lost rays ask the scene's geometry; stereo-hybrid-25 lets 25 % of them ask",
-        knob: Some(Knob::LostRays),
+        knob: Some(NamePercentage::LostRays),
         ..STEREO
     },
     Parts {
         name: "sssr-hybrid",
         about: "the baseline whose lost rays ask the scene's geometry; sssr-hybrid-25 lets 25 % of them ask",
-        knob: Some(Knob::LostRays),
+        knob: Some(NamePercentage::LostRays),
         ..SSSR
     },
     Parts {
         name: "stereo-adaptive",
         about: "each eye for itself, then stereo work only where the eyes may differ visibly; stereo-adaptive-5: by 5 %",
         traversal: Traversal::OwnEye,
-        knob: Some(Knob::Weber),
+        knob: Some(NamePercentage::Weber),
         ..STEREO
     },
     Parts {
@@ -161,7 +161,7 @@ pub(super) const METHODS: &[Parts] = &[
         name: "stereo-hybrid-temporal",
         about: "stereo-hybrid, accumulated likewise; stereo-hybrid-temporal-25 lets 25 % of the lost rays ask",
         accumulation: Some(OVER_TIME),
-        knob: Some(Knob::LostRays),
+        knob: Some(NamePercentage::LostRays),
         ..STEREO
     },
     Parts {

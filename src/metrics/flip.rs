@@ -29,7 +29,7 @@ pub struct Flip {
     width: usize,
     height: usize,
     filters: Filters,
-    reference: Seen,
+    reference: PerceivedPicture,
 }
 
 struct Filters {
@@ -40,7 +40,7 @@ struct Filters {
 }
 
 /// A picture after the filters that model the eye.
-struct Seen {
+struct PerceivedPicture {
     /// CIELAB after the filter of contrast sensitivity, with chroma scaled by lightness (Hunt).
     color: Vec<[f32; 3]>,
     /// The strength of edges and of points.
@@ -51,16 +51,16 @@ impl Flip {
     /// Filters the reference, whose values are sRGB-encoded and in [0, 1].
     pub fn new(width: usize, height: usize, reference: &[[f32; 3]], pixels_per_degree: f32) -> Flip {
         let filters = Filters::new(pixels_per_degree);
-        let reference = filters.see(width, height, reference);
+        let reference = filters.perceive(width, height, reference);
         Flip { width, height, filters, reference }
     }
 
     /// The error of each pixel.
     pub fn map(&self, picture: &[[f32; 3]]) -> Vec<f32> {
-        let seen = self.filters.see(self.width, self.height, picture);
+        let perceived = self.filters.perceive(self.width, self.height, picture);
         let most = most_different();
-        let color = self.reference.color.iter().zip(&seen.color).map(|(r, t)| color_error(hyab(*r, *t), most));
-        let features = self.reference.features.iter().zip(&seen.features).map(|(r, t)| {
+        let color = self.reference.color.iter().zip(&perceived.color).map(|(r, t)| color_error(hyab(*r, *t), most));
+        let features = self.reference.features.iter().zip(&perceived.features).map(|(r, t)| {
             let difference = (r[0] - t[0]).abs().max((r[1] - t[1]).abs());
             (difference / 2.0f32.sqrt()).powf(FEATURE_EXPONENT)
         });
@@ -118,7 +118,7 @@ impl Filters {
         Filters { spatial, feature }
     }
 
-    fn see(&self, width: usize, height: usize, picture: &[[f32; 3]]) -> Seen {
+    fn perceive(&self, width: usize, height: usize, picture: &[[f32; 3]]) -> PerceivedPicture {
         assert_eq!(picture.len(), width * height, "pictures of one size");
         let opponent: Vec<[f32; 3]> = picture.iter().map(|c| opponent(c.map(linear))).collect();
         let sideways = along_rows(&opponent, width, &self.spatial, |sum: &mut [f32; 4], w, c| {
@@ -145,7 +145,7 @@ impl Filters {
         });
         let features =
             derivatives.into_iter().map(|d| [(d[0] * d[0] + d[2] * d[2]).sqrt(), (d[1] * d[1] + d[3] * d[3]).sqrt()]);
-        Seen { color, features: features.collect() }
+        PerceivedPicture { color, features: features.collect() }
     }
 }
 

@@ -1,5 +1,5 @@
 //! Bias and variance of a method over its random seeds, pixel by pixel. `compare` adds each round's frame and then asks
-//! for the [`Split`].
+//! for the [`BiasVariance`].
 //!
 //! Only running means and sums of squares (Welford 1962) are kept, in f64, so that a thousand frames take no more
 //! memory than one.
@@ -18,7 +18,7 @@ pub struct Moments {
 /// The mean squared error, split in two. The sum of `bias2` and `variance` is exactly the mean over the seeds of the
 /// MSE.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Split {
+pub struct BiasVariance {
     /// The mean over all values of (mean − reference)² − s²/n. It is an unbiased estimate but for the reference's own
     /// noise, which adds the reference's variance. Chance can make it a little negative.
     pub bias2: f64,
@@ -66,7 +66,7 @@ impl Moments {
     }
 
     /// The split of the error against the reference's values. `None` with fewer than two frames or without values.
-    pub fn split(&self, reference: impl IntoIterator<Item = f64>) -> Option<Split> {
+    pub fn split(&self, reference: impl IntoIterator<Item = f64>) -> Option<BiasVariance> {
         let n = f64::from(self.frames);
         let (mut bias2, mut variance, mut values) = (0.0, 0.0, 0u64);
         for ((mean, s2), y) in self.mean.iter().zip(self.variances()?).zip(reference) {
@@ -74,7 +74,7 @@ impl Moments {
             variance += s2;
             values += 1;
         }
-        (values > 0).then(|| Split { bias2: bias2 / values as f64, variance: variance / values as f64 })
+        (values > 0).then(|| BiasVariance { bias2: bias2 / values as f64, variance: variance / values as f64 })
     }
 }
 

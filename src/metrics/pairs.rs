@@ -219,7 +219,7 @@ fn sides(camera: &EyeCamera) -> [f64; 4] {
 }
 
 /// The luminances of a pair in the left and in the right eye.
-pub(super) fn seen(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
+pub(super) fn pair_luminances(pair: &[u32; 2], eyes: [&[[f32; 3]]; 2]) -> [f64; 2] {
     [0, 1].map(|eye| luminance(eyes[eye][pair[eye] as usize]))
 }
 

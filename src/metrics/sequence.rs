@@ -38,7 +38,7 @@ pub fn parts(runs: [&[[f32; 3]]; 2], references: [&[[f32; 3]]; 2], mask: &[bool]
 
 /// One eye of a frame: its camera, what it saw, and where the instances were.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
+pub struct EyeFrame<'a> {
     pub camera: &'a EyeCamera,
     pub surfaces: EyeSurfaces<'a>,
     pub places: &'a [DAffine3],
@@ -51,7 +51,7 @@ const SAME_PLACE: f64 = 0.01;
 
 /// For each pixel of a frame, the pixel of the frame before that shows the same place of the moving surface. `None`
 /// where nothing was drawn, the place was outside the view, or something stood in front of it.
-pub fn before(now: Seen<'_>, then: Seen<'_>) -> Vec<Option<u32>> {
+pub fn previous_pixels(now: EyeFrame<'_>, then: EyeFrame<'_>) -> Vec<Option<u32>> {
     let (width, height) = now.size;
     (0..width * height)
         .map(|i| {
@@ -70,18 +70,18 @@ pub fn before(now: Seen<'_>, then: Seen<'_>) -> Vec<Option<u32>> {
 }
 
 /// The world position of what is seen at a pixel's centre. `None`: nothing was drawn there.
-fn position(seen: &Seen<'_>, index: usize) -> Option<DVec3> {
-    let depth = f64::from(seen.surfaces.depth[index]);
+fn position(eye_frame: &EyeFrame<'_>, index: usize) -> Option<DVec3> {
+    let depth = f64::from(eye_frame.surfaces.depth[index]);
     if depth <= 0.0 {
         return None;
     }
-    let ((width, height), fov) = (seen.size, &seen.camera.fov);
+    let ((width, height), fov) = (eye_frame.size, &eye_frame.camera.fov);
     let (x, y) = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
     let mix = |from: f64, to: f64, t: f64| from.tan() + (to.tan() - from.tan()) * t;
     let across = mix(fov.left_rad, fov.right_rad, x / width as f64);
     let up = mix(fov.up_rad, fov.down_rad, y / height as f64);
-    let ray = DVec3::new(across, up, -1.0) * (seen.camera.near_m / depth);
-    Some(seen.camera.position + seen.camera.world_from_view * ray)
+    let ray = DVec3::new(across, up, -1.0) * (eye_frame.camera.near_m / depth);
+    Some(eye_frame.camera.position + eye_frame.camera.world_from_view * ray)
 }
 
 fn pixel(camera: &EyeCamera, (width, height): (usize, usize), place: DVec3) -> Option<(usize, usize)> {
@@ -102,9 +102,14 @@ fn pixel(camera: &EyeCamera, (width, height): (usize, usize), place: DVec3) -> O
 /// pixel.
 ///
 /// `now` and `then` each hold a run's frame and the frames of the two references.
-pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u32>], mask: &[bool]) -> Option<f64> {
+pub fn flicker(
+    now: [&[[f32; 3]]; 3],
+    then: [&[[f32; 3]]; 3],
+    previous_pixels: &[Option<u32>],
+    mask: &[bool],
+) -> Option<f64> {
     let (mut sum, mut n) = (0.0, 0.0);
-    for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
+    for (i, there) in previous_pixels.iter().enumerate().filter(|(i, _)| mask[*i]) {
         let Some(there) = there.map(|t| t as usize) else { continue };
         for c in 0..3 {
             let change = [0, 1, 2].map(|of: usize| f64::from(now[of][i][c]) - f64::from(then[of][there][c]));
@@ -121,11 +126,11 @@ pub fn flicker(now: [&[[f32; 3]]; 3], then: [&[[f32; 3]]; 3], before: &[Option<u
 pub fn noise_flicker(
     now: [&[[f32; 3]]; 2],
     then: [&[[f32; 3]]; 2],
-    before: &[Option<u32>],
+    previous_pixels: &[Option<u32>],
     mask: &[bool],
 ) -> Option<f64> {
     let (mut sum, mut n) = (0.0, 0.0);
-    for (i, there) in before.iter().enumerate().filter(|(i, _)| mask[*i]) {
+    for (i, there) in previous_pixels.iter().enumerate().filter(|(i, _)| mask[*i]) {
         let Some(there) = there.map(|t| t as usize) else { continue };
         for c in 0..3 {
             let change = [0, 1].map(|run: usize| f64::from(now[run][i][c]) - f64::from(then[run][there][c]));
@@ -150,9 +155,9 @@ pub struct Disagreement {
 pub fn disagreement(runs: [[&[[f32; 3]]; 2]; 2], pairs: &[[u32; 2]], epsilon: f64) -> Option<Disagreement> {
     let (mut lasting, mut noise) = (0.0, 0.0);
     for pair in pairs {
-        let seen = runs.map(|eyes| [0, 1].map(|eye: usize| luminance(eyes[eye][pair[eye] as usize])));
-        let d = seen.map(|[l, r]| l - r);
-        let base = (seen.iter().flatten().sum::<f64>() / 4.0).max(epsilon);
+        let luminances = runs.map(|eyes| [0, 1].map(|eye: usize| luminance(eyes[eye][pair[eye] as usize])));
+        let d = luminances.map(|[l, r]| l - r);
+        let base = (luminances.iter().flatten().sum::<f64>() / 4.0).max(epsilon);
         lasting += d[0] * d[1] / (base * base);
         noise += (d[0] - d[1]).powi(2) / 2.0;
     }
@@ -235,19 +240,23 @@ mod tests {
         };
         let (here, there) = (camera(step), camera(0.0));
         let still = [DAffine3::IDENTITY];
-        let seen = |camera: &'static EyeCamera, places: &'static [DAffine3]| Seen { camera, surfaces, places, size };
+        let eye_frame =
+            |camera: &'static EyeCamera, places: &'static [DAffine3]| EyeFrame { camera, surfaces, places, size };
         let leak = |c: StereoCamera| -> &'static EyeCamera { Box::leak(Box::new(c.left)) };
         let places = |p: [DAffine3; 1]| -> &'static [DAffine3] { Box::leak(Box::new(p)) };
-        let found = before(seen(leak(here), places(still)), seen(leak(there), places(still)));
+        let found = previous_pixels(eye_frame(leak(here), places(still)), eye_frame(leak(there), places(still)));
         // The head moved one pixel to the right, so everything was one pixel further right before.
         assert_eq!((found[0], found[14], found[15]), (Some(1), Some(15), None));
         // The wall moved with the head, so it is seen at the same pixels.
         let moved = [DAffine3::from_translation(DVec3::X * step)];
-        let found = before(seen(leak(here), places(moved)), seen(leak(there), places(still)));
+        let found = previous_pixels(eye_frame(leak(here), places(moved)), eye_frame(leak(there), places(still)));
         assert_eq!((found[0], found[15]), (Some(0), Some(15)));
         // Another instance was there before.
         let other = vec![2u32; 128];
-        let then = Seen { surfaces: EyeSurfaces { instance: &other, ..surfaces }, ..seen(leak(there), places(still)) };
-        assert!(before(seen(leak(here), places(still)), then).iter().all(Option::is_none));
+        let then = EyeFrame {
+            surfaces: EyeSurfaces { instance: &other, ..surfaces },
+            ..eye_frame(leak(there), places(still))
+        };
+        assert!(previous_pixels(eye_frame(leak(here), places(still)), then).iter().all(Option::is_none));
     }
 }

@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::lasting::{Agreement, Lasting, OverSeeds, chance, share};
-use super::pairs::{MATCH, Pairs, seen};
+use super::lasting_contrast::{LastingContrast, ReferenceAgreement, SeedEstimates, chance, share};
+use super::pairs::{MATCH, Pairs, pair_luminances};
 
 /// The Weber contrasts beyond which pairs are counted. The first is one that an observer hardly sees.
 pub const THRESHOLDS: [f64; 4] = [MATCH, 0.05, 0.10, 0.20];
@@ -24,7 +24,7 @@ pub struct Consistency<'a> {
     squares: Vec<f64>,
     /// The number of pairs beyond each threshold, summed over the frames.
     beyond: [u64; THRESHOLDS.len()],
-    lasting: Lasting<'a>,
+    lasting: LastingContrast<'a>,
 }
 
 /// The measures of inconsistency between the eyes. Shares are of the pairs.
@@ -62,7 +62,7 @@ pub struct Systematic {
 
 impl<'a> Consistency<'a> {
     /// Begins without any frame. `agreement` is what two references show at these pairs.
-    pub fn new(pairs: &'a Pairs, agreement: &'a Agreement) -> Consistency<'a> {
+    pub fn new(pairs: &'a Pairs, agreement: &'a ReferenceAgreement) -> Consistency<'a> {
         let n = pairs.pairs.len();
         Consistency {
             pairs,
@@ -70,7 +70,7 @@ impl<'a> Consistency<'a> {
             mean: vec![[0.0; 2]; n],
             squares: vec![0.0; n],
             beyond: [0; THRESHOLDS.len()],
-            lasting: Lasting::new(agreement),
+            lasting: LastingContrast::new(agreement),
         }
     }
 
@@ -79,7 +79,7 @@ impl<'a> Consistency<'a> {
         self.frames += 1;
         let n = f64::from(self.frames);
         for ((pair, mean), squares) in self.pairs.pairs.iter().zip(&mut self.mean).zip(&mut self.squares) {
-            let seen = seen(pair, eyes);
+            let seen = pair_luminances(pair, eyes);
             let off = (seen[0] - seen[1]) - (mean[0] - mean[1]);
             for (m, l) in mean.iter_mut().zip(seen) {
                 *m += (l - *m) / n;
@@ -90,12 +90,12 @@ impl<'a> Consistency<'a> {
                 *count += u64::from(contrast > threshold);
             }
         }
-        self.lasting.add(self.pairs.pairs.iter().map(|pair| seen(pair, eyes)).map(|[l, r]| l - r));
+        self.lasting.add(self.pairs.pairs.iter().map(|pair| pair_luminances(pair, eyes)).map(|[l, r]| l - r));
     }
 
     /// The lasting difference, free of the noise of the method and of the references, and intervals over the seeds.
     /// `None` with fewer than two frames or without pairs.
-    pub fn over_seeds(&self) -> Option<OverSeeds> {
+    pub fn over_seeds(&self) -> Option<SeedEstimates> {
         let bases: Vec<f64> = self.mean.iter().map(|mean| base(*mean, self.pairs.epsilon)).collect();
         self.lasting.found(&bases)
     }
@@ -146,7 +146,7 @@ impl<'a> Consistency<'a> {
 /// reference with another seed, it is the floor of every method's raw share.
 pub fn share_beyond(pairs: &Pairs, eyes: [&[[f32; 3]]; 2]) -> Option<f64> {
     super::mean(pairs.pairs.iter().map(|pair| {
-        let seen = seen(pair, eyes);
+        let seen = pair_luminances(pair, eyes);
         f64::from(u8::from(weber(seen, pairs.epsilon) > MATCH))
     }))
 }
@@ -177,7 +177,7 @@ mod tests {
         let pairs = pairs();
         let mut stream = Stream::new(5, 2);
         let grey = vec![[1.0; 3]; N as usize];
-        let agreement = Agreement::new(&pairs, [&grey, &grey], [&grey, &grey]);
+        let agreement = ReferenceAgreement::new(&pairs, [&grey, &grey], [&grey, &grey]);
         let mut consistency = Consistency::new(&pairs, &agreement);
         for _ in 0..frames {
             let mut eye = |offset: f64| -> Vec<[f32; 3]> {
@@ -241,7 +241,7 @@ mod tests {
         let one = found(1, 0.1, 0.0, 0.0);
         assert_eq!((one.systematic, one.noise_variance), (None, None));
         let none = Pairs { pairs: Vec::new(), ..pairs() };
-        let agreement = Agreement::new(&none, [&[], &[]], [&[], &[]]);
+        let agreement = ReferenceAgreement::new(&none, [&[], &[]], [&[], &[]]);
         let consistency = Consistency::new(&none, &agreement);
         assert!(consistency.found().is_none() && consistency.over_seeds().is_none());
     }

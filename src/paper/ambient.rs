@@ -1,7 +1,7 @@
 //! The tables and figures of seed 001, which are about ambient occlusion between the eyes. What was measured goes in,
 //! and [`Item`]s come out; `super::items` calls it.
 
-use super::Made;
+use super::Measurements;
 use super::item::{Cell, Drawing, Grid, Item};
 use super::plan::Request;
 use super::published::{
@@ -30,14 +30,19 @@ const PASSES: [(&str, &[&str]); 6] = [
 const DOES_WITHOUT: &str = "does without";
 
 /// All items of seed 001.
-pub fn items(request: &Request, made: &Made) -> Vec<Item> {
-    vec![inconsistency(request, made), along(request, made), times(request, made), threshold(request, made)]
+pub fn items(request: &Request, measurements: &Measurements) -> Vec<Item> {
+    vec![
+        inconsistency(request, measurements),
+        along(request, measurements),
+        times(request, measurements),
+        threshold(request, measurements),
+    ]
 }
 
 /// Adds lines for each of our scenes: those that `cells` makes, or one that says why there are none.
-fn lines(made: &Made, grid: &mut Grid, lead: &[&str], cells: impl Fn(&ao::AoScene) -> Vec<Vec<Cell>>) {
-    for m in &made.scenes {
-        let found = made.ao.as_ref().and_then(|ao| ao.scenes.iter().find(|s| s.scene == m.name));
+fn lines(measurements: &Measurements, grid: &mut Grid, lead: &[&str], cells: impl Fn(&ao::AoScene) -> Vec<Vec<Cell>>) {
+    for m in &measurements.scenes {
+        let found = measurements.ao.as_ref().and_then(|ao| ao.scenes.iter().find(|s| s.scene == m.name));
         let head = |rest: Vec<Cell>| -> Vec<Cell> {
             let lead = [m.name.as_str()].into_iter().chain(lead.iter().copied());
             lead.map(Cell::word).chain(rest).collect()
@@ -45,8 +50,8 @@ fn lines(made: &Made, grid: &mut Grid, lead: &[&str], cells: impl Fn(&ao::AoScen
         match found {
             Some(scene) => grid.rows.extend(cells(scene).into_iter().map(head)),
             None => {
-                let failed = made.ao.as_ref().and_then(|ao| ao.failed.iter().find(|f| f.scene == m.asked));
-                let why = match (&made.ao, failed) {
+                let failed = measurements.ao.as_ref().and_then(|ao| ao.failed.iter().find(|f| f.scene == m.asked));
+                let why = match (&measurements.ao, failed) {
                     (None, _) => "left out by --parts".to_owned(),
                     (_, Some(failure)) => format!("failed: {}", failure.error),
                     _ => "not measured".to_owned(),
@@ -63,7 +68,7 @@ fn of<'a>(scene: &'a ao::AoScene, method: &str) -> Option<&'a AoRow> {
 }
 
 /// Figures 1, 8 and 9.
-fn inconsistency(request: &Request, made: &Made) -> Item {
+fn inconsistency(request: &Request, measurements: &Measurements) -> Item {
     let mut columns = vec!["scene", "source"];
     columns.extend(METHODS);
     let mut share = Grid::new("Pixels that differ visibly between the eyes, of those with a pair.", &columns);
@@ -77,21 +82,21 @@ fn inconsistency(request: &Request, made: &Made) -> Item {
         share.rows.push(printed(scene, scene.inconsistent, 2, " %"));
         time.rows.push(printed(scene, scene.ms.map(|ms| Some(ms? / scene.ms[0]?)), 2, ""));
     }
-    lines(made, &mut share, &[SOURCES[1]], |scene| {
+    lines(measurements, &mut share, &[SOURCES[1]], |scene| {
         let cell = |method: &str| {
             let found = of(scene, method).and_then(|r| r.inconsistency);
             Cell::number(found.map(|s| 100.0 * s), 2, " %", "no pairs")
         };
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
-    lines(made, &mut time, &[SOURCES[1]], |scene| {
+    lines(measurements, &mut time, &[SOURCES[1]], |scene| {
         let cell = |method: &str| Cell::number(of(scene, method).map(|r| r.ratio[1]), 2, "", "undefined");
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
     let columns =
         ["scene", "mono, against fsa", "variant1", "variant2", "mono, against rays", "fsa", "variant1", "variant2"];
     let mut error = Grid::new("Mean absolute error of the visibility here, against fsa and against rays.", &columns);
-    lines(made, &mut error, &[], |scene| {
+    lines(measurements, &mut error, &[], |scene| {
         let fsa = ["mono", "variant1", "variant2"].map(|m| of(scene, m).and_then(|r| r.mae_fsa));
         let rays = METHODS.map(|m| of(scene, m).and_then(|r| r.mae_ray_traced));
         vec![fsa.into_iter().chain(rays).map(|v| Cell::number(v, 5, "", "undefined")).collect()]
@@ -127,7 +132,7 @@ fn call(request: &Request) -> Option<String> {
 }
 
 /// Tables 1 and 2 and Figure 10.
-fn along(request: &Request, made: &Made) -> Item {
+fn along(request: &Request, measurements: &Measurements) -> Item {
     let mut columns = vec!["scene", "source"];
     columns.extend(METHODS);
     let mut share = Grid::new("Table 1: inconsistent pixels, as means along a path.", &columns);
@@ -143,17 +148,17 @@ fn along(request: &Request, made: &Made) -> Item {
         let head = [Cell::word(scene), Cell::word(SOURCES[0])];
         error.rows.push(head.into_iter().chain(values.map(|v| Cell::Number(v, 4, ""))).collect());
     }
-    let mean = |path: Option<&AoPath>, method: &str, of: fn(&ao::AoAlong) -> Option<f64>| {
+    let mean = |path: Option<&AoPath>, method: &str, of: fn(&ao::AoPathRow) -> Option<f64>| {
         path?.methods.iter().find(|a| a.method.name() == method).and_then(of)
     };
-    lines(made, &mut share, &[SOURCES[1]], |scene| {
+    lines(measurements, &mut share, &[SOURCES[1]], |scene| {
         let cell = |m: &str| {
             let found = mean(scene.path.as_ref(), m, |a| a.mean_inconsistency);
             Cell::number(found.map(|s| 100.0 * s), 2, " %", "no pairs in a pose")
         };
         vec![METHODS.iter().map(|m| cell(m)).collect()]
     });
-    lines(made, &mut error, &[SOURCES[1]], |scene| {
+    lines(measurements, &mut error, &[SOURCES[1]], |scene| {
         let cell = |m: &str| Cell::number(mean(scene.path.as_ref(), m, |a| a.mean_mae_fsa), 4, "", "undefined");
         vec![["mono", "variant1", "variant2"].into_iter().map(cell).collect()]
     });
@@ -166,7 +171,7 @@ fn along(request: &Request, made: &Made) -> Item {
             .to_owned(),
         here: format!("{} poses of a closed path about the first view of every scene.", request.scale.ao_poses),
         tables: vec![share, error],
-        drawings: drawings(made, "path", "Inconsistency and error along the path"),
+        drawings: drawings(measurements, "path", "Inconsistency and error along the path"),
         differs: vec![OTHER_SCENES.to_owned(), "The publication's path is not published.".to_owned()],
         call: call(request),
         ..Item::default()
@@ -174,7 +179,7 @@ fn along(request: &Request, made: &Made) -> Item {
 }
 
 /// Table 3.
-fn times(request: &Request, made: &Made) -> Item {
+fn times(request: &Request, measurements: &Measurements) -> Item {
     let columns: Vec<&str> = ["scene", "source", "method"].into_iter().chain(PASSES.map(|(title, _)| title)).collect();
     let mut grid = Grid::new("Milliseconds by pass.", &columns);
     for t in &AO_TABLE_3 {
@@ -182,7 +187,7 @@ fn times(request: &Request, made: &Made) -> Item {
         let passes = t.passes.map(|ms| Cell::number(ms, 2, "", DOES_WITHOUT));
         grid.rows.push(head.into_iter().chain(passes).chain([Cell::Number(t.total, 2, "")]).collect());
     }
-    lines(made, &mut grid, &[SOURCES[1]], |scene| {
+    lines(measurements, &mut grid, &[SOURCES[1]], |scene| {
         let row = |of: &AoRow| {
             let cell = |(title, names): (&str, &[&str])| {
                 let ran: Vec<f64> = names.iter().filter_map(|n| of.passes.get(*n).copied()).collect();
@@ -210,10 +215,10 @@ fn times(request: &Request, made: &Made) -> Item {
 }
 
 /// Figures 11 and 12.
-fn threshold(request: &Request, made: &Made) -> Item {
+fn threshold(request: &Request, measurements: &Measurements) -> Item {
     let columns = ["scene", "method", "threshold", "time over mono", "inconsistent pixels", "worked on again"];
     let mut grid = Grid::new("The adaptive methods against their threshold.", &columns);
-    lines(made, &mut grid, &[], |scene| {
+    lines(measurements, &mut grid, &[], |scene| {
         let row = |of: &AoRow| {
             vec![
                 Cell::word(of.method.name()),
@@ -238,15 +243,15 @@ fn threshold(request: &Request, made: &Made) -> Item {
                in every scene."
             .to_owned(),
         tables: vec![grid],
-        drawings: drawings(made, "threshold", "Time and inconsistency against the threshold"),
+        drawings: drawings(measurements, "threshold", "Time and inconsistency against the threshold"),
         differs: vec![OTHER_SCENES.to_owned()],
         call: call(request),
         ..Item::default()
     }
 }
 
-fn drawings(made: &Made, which: &str, caption: &str) -> Vec<Drawing> {
-    let scenes = made.ao.iter().flat_map(|ao| &ao.scenes);
+fn drawings(measurements: &Measurements, which: &str, caption: &str) -> Vec<Drawing> {
+    let scenes = measurements.ao.iter().flat_map(|ao| &ao.scenes);
     let of = |scene: &ao::AoScene| {
         let found = ao::drawings(scene).into_iter().find(|(what, _)| *what == which)?;
         Some(Drawing { caption: format!("{caption} in {}.", scene.scene), svg: found.1 })

@@ -17,7 +17,7 @@ use crate::render::{AoSettings, Method, Settings};
 
 /// An amount of work. Pixels, rays and paths are those of both eyes together, in millions.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Load {
+pub struct Workload {
     /// The number of scenes that are loaded and prepared.
     pub scenes: f64,
     /// The pixels that are drawn, resolved and measured.
@@ -34,7 +34,7 @@ pub struct Piece {
     /// Its name, such as `table2 room`.
     pub name: String,
     pub kind: Kind,
-    pub load: Load,
+    pub load: Workload,
     /// The command that makes it.
     pub call: String,
 }
@@ -46,7 +46,7 @@ pub enum Kind {
     Ambient,
 }
 
-/// The seconds for one unit of each part of a [`Load`].
+/// The seconds for one unit of each part of a [`Workload`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     scene: f64,
@@ -65,7 +65,7 @@ pub struct Speeds {
 }
 
 impl Speed {
-    fn seconds(&self, of: &Load) -> f64 {
+    fn seconds(&self, of: &Workload) -> f64 {
         of.scenes * self.scene + of.frames * self.frames + of.rays * self.rays + of.paths * self.paths
     }
 }
@@ -118,11 +118,12 @@ pub fn pieces(request: &Request) -> Result<Vec<Piece>, PaperError> {
 
 /// The load of one scene of a comparison. `reference` is the number of paths a pixel that must be traced for
 /// references.
-fn reflections(of: &Comparison, size: [u32; 2], reference: f64) -> Result<Load, PaperError> {
+fn reflections(of: &Comparison, size: [u32; 2], reference: f64) -> Result<Workload, PaperError> {
     let pixels = pixels(size);
     // One round before the first warms up, and a sheet takes one more frame.
     let rounds = f64::from(of.seeds + 1 + u32::from(of.sheets));
-    let mut load = Load { scenes: if of.sheets { 2.0 } else { 1.0 }, paths: reference * pixels, ..Load::default() };
+    let mut load =
+        Workload { scenes: if of.sheets { 2.0 } else { 1.0 }, paths: reference * pixels, ..Workload::default() };
     let mut seen: Vec<Method> = Vec::new();
     for (name, spp) in of.methods.iter().flat_map(|m| of.spp.iter().map(move |spp| (m, *spp))) {
         let method = Method::parse(name)?.with_samples(Some(spp));
@@ -141,20 +142,20 @@ fn reflections(of: &Comparison, size: [u32; 2], reference: f64) -> Result<Load, 
     Ok(load)
 }
 
-fn ambient(options: &AoOptions) -> Load {
+fn ambient(options: &AoOptions) -> Workload {
     let pixels = pixels([options.settings.width, options.settings.height]);
     let configurations = ao::configuration_count(options.settings.ao) as f64;
     let along = 4.0 * f64::from(options.poses);
     let frames = f64::from(options.seeds + 1) * configurations + along;
-    Load { scenes: 1.0, frames: frames * pixels, rays: 0.0, paths: f64::from(options.settings.ao.rays) * pixels }
+    Workload { scenes: 1.0, frames: frames * pixels, rays: 0.0, paths: f64::from(options.settings.ao.rays) * pixels }
 }
 
 /// The load of the studies' pictures: `stills` pictures by methods of the views and `references` path-traced pictures,
 /// in `scenes` scenes.
-pub fn stills(request: &Request, stills: usize, references: usize, scenes: usize) -> Load {
+pub fn stills(request: &Request, stills: usize, references: usize, scenes: usize) -> Workload {
     let pixels = pixels(request.scale.study_size);
     let paths = f64::from(request.scale.study_paths);
-    Load {
+    Workload {
         scenes: scenes as f64,
         frames: (stills + references) as f64 * pixels,
         rays: stills as f64 * pixels,
@@ -198,7 +199,7 @@ fn probe(
     console: &Console,
 ) -> Result<(Speed, Speed), PaperError> {
     let (small, large) = ([96, 54], [240, 135]);
-    let reflections_of = |size: [u32; 2], spp: &'static [u32], paths: u32| -> Result<(Load, f64), PaperError> {
+    let reflections_of = |size: [u32; 2], spp: &'static [u32], paths: u32| -> Result<(Workload, f64), PaperError> {
         let (id, scenes, methods) = ("probe", vec![scene.to_owned()], &["sssr", "stereo"][..]);
         let comparison = Comparison { id, scenes, methods, spp, seeds: 2, edge_fade: 0.1, sheets: false };
         let asked = request.options(&comparison)?;
@@ -211,7 +212,7 @@ fn probe(
         compare::scene(gpu, scene, &options, console)?;
         Ok((reflections(&comparison, size, 2.0 * f64::from(paths))?, started.elapsed().as_secs_f64()))
     };
-    let ambient_of = |size: [u32; 2], rays: u32| -> Result<(Load, f64), PaperError> {
+    let ambient_of = |size: [u32; 2], rays: u32| -> Result<(Workload, f64), PaperError> {
         let asked = request.ao_options();
         let settings = Settings {
             width: size[0],
@@ -239,13 +240,13 @@ fn probe(
 
 /// The speed that explains four measurements: a small one, one with more pixels, and two that differ from the second in
 /// their rays and in their paths. A value that noise makes negative is set to 0.
-fn solve([small, large, rays, paths]: [(Load, f64); 4]) -> Speed {
-    let slope = |of: fn(&Load) -> f64, more: (Load, f64)| {
+fn solve([small, large, rays, paths]: [(Workload, f64); 4]) -> Speed {
+    let slope = |of: fn(&Workload) -> f64, more: (Workload, f64)| {
         let units = of(&more.0) - of(&large.0);
         if units > 0.0 { ((more.1 - large.1) / units).max(0.0) } else { 0.0 }
     };
     let (per_ray, per_path) = (slope(|l| l.rays, rays), slope(|l| l.paths, paths));
-    let rest = |(load, seconds): (Load, f64)| seconds - load.rays * per_ray - load.paths * per_path;
+    let rest = |(load, seconds): (Workload, f64)| seconds - load.rays * per_ray - load.paths * per_path;
     let units = large.0.frames - small.0.frames;
     let per_frame = if units > 0.0 { ((rest(large) - rest(small)) / units).max(0.0) } else { 0.0 };
     let scenes = small.0.scenes.max(1.0);
@@ -271,7 +272,7 @@ mod tests {
     #[test]
     fn a_speed_is_found_from_four_measurements() {
         let truth = Speed { scene: 2.0, frames: 0.5, rays: 0.25, paths: 0.125 };
-        let load = |frames, rays, paths| Load { scenes: 1.0, frames, rays, paths };
+        let load = |frames, rays, paths| Workload { scenes: 1.0, frames, rays, paths };
         let loads = [load(1.0, 1.0, 2.0), load(9.0, 9.0, 18.0), load(9.0, 36.0, 18.0), load(9.0, 9.0, 288.0)];
         let found = solve(loads.map(|l| (l, truth.seconds(&l))));
         for (a, b) in [(found.scene, 2.0), (found.frames, 0.5), (found.rays, 0.25), (found.paths, 0.125)] {
@@ -301,6 +302,6 @@ mod tests {
         };
         // There are a million pixels in both eyes together, and three rounds after one that warms up.
         let load = reflections(&of(&["sssr", "stereo", "path-traced@2"], &[1, 4]), [1000, 500], 64.0).expect("methods");
-        assert_eq!(load, Load { scenes: 1.0, frames: 20.0, rays: 40.0, paths: 64.0 + 8.0 });
+        assert_eq!(load, Workload { scenes: 1.0, frames: 20.0, rays: 40.0, paths: 64.0 + 8.0 });
     }
 }

@@ -1,7 +1,7 @@
 //! Figures 1 and 9 to 14: sheets with enlarged parts, and numbers of the views that they show. What was measured goes
 //! in, and [`Item`]s come out; `super::items` calls it.
 
-use super::Made;
+use super::Measurements;
 use super::item::{Cell, Grid, Item, Picture};
 use super::plan::Request;
 use super::published::Publication;
@@ -9,7 +9,7 @@ use super::tables::{OTHER_SCENES, call, comparison};
 use crate::compare::Row;
 
 /// A figure that shows methods side by side.
-struct Step {
+struct MethodSheet {
     id: &'static str,
     title: &'static str,
     printed_in: &'static str,
@@ -19,8 +19,8 @@ struct Step {
     differs: &'static str,
 }
 
-const STEPS: [Step; 4] = [
-    Step {
+const STEPS: [MethodSheet; 4] = [
+    MethodSheet {
         id: "figure11",
         title: "Figure 11: the stereo-aware traversal",
         printed_in: "Figure 11, section 5.3",
@@ -31,7 +31,7 @@ const STEPS: [Step; 4] = [
         differs: "The publication turns the traversal off in its full method. Here the reprojection would hide that, \
                   since it fills the same gaps.",
     },
-    Step {
+    MethodSheet {
         id: "figure12",
         title: "Figure 12: the stereo-aware fade",
         printed_in: "Figure 12, section 5.3",
@@ -40,7 +40,7 @@ const STEPS: [Step; 4] = [
         here: "the method with each eye's own fade against the method.",
         differs: "The publication compares its method with SSSR. Here only the fade differs.",
     },
-    Step {
+    MethodSheet {
         id: "figure13",
         title: "Figure 13: the stereo-aware reprojection",
         printed_in: "Figure 13, section 5.3",
@@ -48,7 +48,7 @@ const STEPS: [Step; 4] = [
         here: "the method without reprojection against the method.",
         differs: "One frame of each is shown here. The publication shows consecutive frames in a video.",
     },
-    Step {
+    MethodSheet {
         id: "figure14",
         title: "Figure 14: incorrect reuse",
         printed_in: "Figure 14, section 5.3",
@@ -59,8 +59,8 @@ const STEPS: [Step; 4] = [
     },
 ];
 
-fn pictures(made: &Made, id: &str) -> Vec<Picture> {
-    let of = made.sheets.iter().filter(|s| s.comparison == id);
+fn pictures(measurements: &Measurements, id: &str) -> Vec<Picture> {
+    let of = measurements.sheets.iter().filter(|s| s.comparison == id);
     let picture = |s: &super::Sheet| Picture {
         caption: format!(
             "{}: both eyes, enlarged parts, and where the eyes disagree, for each method and then for the reference \
@@ -74,7 +74,7 @@ fn pictures(made: &Made, id: &str) -> Vec<Picture> {
 }
 
 /// The table of numbers beside the sheets of a comparison, with a row for each method.
-fn measured(request: &Request, made: &Made, id: &str) -> Grid {
+fn measured(request: &Request, measurements: &Measurements, id: &str) -> Grid {
     let columns = [
         "scene",
         "method",
@@ -90,10 +90,10 @@ fn measured(request: &Request, made: &Made, id: &str) -> Grid {
                    whose luminances differ in a frame by more than 5 % and by more than 20 %.";
     let mut grid = Grid::new(caption, &columns);
     let scenes = comparison(request, id).map(|c| c.scenes).unwrap_or_default();
-    let meant = made.scenes.iter().filter(|m| scenes.is_empty() || scenes.contains(&m.asked));
-    for m in meant {
-        let why = made.why(id, &m.name);
-        let Some(scene) = made.scene(id, &m.name) else {
+    let requested_scenes = measurements.scenes.iter().filter(|m| scenes.is_empty() || scenes.contains(&m.asked));
+    for m in requested_scenes {
+        let why = measurements.why(id, &m.name);
+        let Some(scene) = measurements.scene(id, &m.name) else {
             let cells = vec![Cell::None(why); columns.len() - 1];
             grid.rows.push([Cell::word(&m.name)].into_iter().chain(cells).collect());
             continue;
@@ -124,7 +124,7 @@ fn measured(request: &Request, made: &Made, id: &str) -> Grid {
     grid
 }
 
-fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
+fn item(request: &Request, measurements: &Measurements, id: &'static str, step: &MethodSheet) -> Item {
     Item {
         id: step.id,
         title: step.title.to_owned(),
@@ -132,8 +132,8 @@ fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
         printed_in: step.printed_in,
         printed: step.printed.to_owned(),
         here: step.here.to_owned(),
-        tables: vec![measured(request, made, id)],
-        pictures: pictures(made, id),
+        tables: vec![measured(request, measurements, id)],
+        pictures: pictures(measurements, id),
         differs: vec![OTHER_SCENES.to_owned(), step.differs.to_owned()],
         call: call(request, id),
         ..Item::default()
@@ -141,8 +141,8 @@ fn item(request: &Request, made: &Made, id: &'static str, step: &Step) -> Item {
 }
 
 /// Figures 1 and 9, which are of the same comparison as Table 2.
-pub fn overview(request: &Request, made: &Made) -> Item {
-    let step = Step {
+pub fn overview(request: &Request, measurements: &Measurements) -> Item {
+    let step = MethodSheet {
         id: "figure9",
         title: "Figures 1 and 9: every scene",
         printed_in: "Figures 1 and 9, section 5.1",
@@ -152,12 +152,12 @@ pub fn overview(request: &Request, made: &Made) -> Item {
         differs: "The program finds the parts, and the publication's authors chose theirs. Its pictures are not copied \
                   here.",
     };
-    item(request, made, "table2", &step)
+    item(request, measurements, "table2", &step)
 }
 
 /// Figure 10.
-pub fn equal_samples(request: &Request, made: &Made) -> Item {
-    let step = Step {
+pub fn equal_samples(request: &Request, measurements: &Measurements) -> Item {
+    let step = MethodSheet {
         id: "figure10",
         title: "Figure 10: equal samples",
         printed_in: "Figure 10, section 5.1",
@@ -167,10 +167,10 @@ pub fn equal_samples(request: &Request, made: &Made) -> Item {
         differs: "The printed errors belong to parts of the publication's scenes, and are printed only inside its \
                   picture.",
     };
-    item(request, made, "figure10", &step)
+    item(request, measurements, "figure10", &step)
 }
 
 /// Figures 11 to 14.
-pub fn steps(request: &Request, made: &Made) -> Vec<Item> {
-    STEPS.iter().map(|step| item(request, made, step.id, step)).collect()
+pub fn steps(request: &Request, measurements: &Measurements) -> Vec<Item> {
+    STEPS.iter().map(|step| item(request, measurements, step.id, step)).collect()
 }

@@ -61,7 +61,7 @@ pub enum PaperError {
 
 /// A scene that was asked for.
 #[derive(Debug)]
-pub struct Meant {
+pub struct RequestedScene {
     pub asked: String,
     /// The scene's name in the reports.
     pub name: String,
@@ -81,8 +81,8 @@ pub struct Sheet {
 
 /// Everything that was measured.
 #[derive(Debug)]
-pub struct Made {
-    pub scenes: Vec<Meant>,
+pub struct Measurements {
+    pub scenes: Vec<RequestedScene>,
     /// The reports by comparison. There are none for a part that was left out.
     pub reports: BTreeMap<&'static str, Report>,
     pub sheets: Vec<Sheet>,
@@ -92,7 +92,7 @@ pub struct Made {
 /// The analysis of the sessions, or why there is none.
 pub type Sessions = Result<ReportInput, String>;
 
-impl Made {
+impl Measurements {
     /// A scene's part of a comparison.
     fn scene(&self, comparison: &str, scene: &str) -> Option<&SceneReport> {
         self.reports.get(comparison)?.scenes.iter().find(|s| s.scene == scene)
@@ -125,17 +125,17 @@ impl Made {
 }
 
 /// All tables and figures, in the order of the publications.
-fn items(request: &Request, made: &Made, sessions: &Sessions) -> Vec<Item> {
-    let mut all = vec![tables::scenes(made)];
-    all.push(figures::overview(request, made));
-    all.push(tables::quality(request, made));
-    all.push(figures::equal_samples(request, made));
-    all.push(tables::times(request, made));
-    all.push(tables::error_against_time(request, made));
-    all.extend(figures::steps(request, made));
-    all.push(tables::modules(request, made));
+fn items(request: &Request, measurements: &Measurements, sessions: &Sessions) -> Vec<Item> {
+    let mut all = vec![tables::scenes(measurements)];
+    all.push(figures::overview(request, measurements));
+    all.push(tables::quality(request, measurements));
+    all.push(figures::equal_samples(request, measurements));
+    all.push(tables::times(request, measurements));
+    all.push(tables::error_against_time(request, measurements));
+    all.extend(figures::steps(request, measurements));
+    all.push(tables::modules(request, measurements));
     all.extend(statistics::items(request, sessions));
-    all.extend(ambient::items(request, made));
+    all.extend(ambient::items(request, measurements));
     all
 }
 
@@ -162,29 +162,29 @@ struct Paper<'a> {
 pub fn write(
     request: &Request,
     device: &DeviceInfo,
-    made: &Made,
+    measurements: &Measurements,
     sessions: &Sessions,
 ) -> Result<[PathBuf; 2], PaperError> {
-    let items = items(request, made, sessions);
+    let items = items(request, measurements, sessions);
     if let Some(fault) = items.iter().flat_map(|i| &i.tables).find_map(item::Grid::fault) {
         return Err(PaperError::Gap(fault));
     }
     let input = sessions.as_ref().ok();
     let stamp = input.and_then(|i| i.stamp.as_deref());
-    let mut blocks = introduction(request, device, made, stamp);
+    let mut blocks = introduction(request, device, measurements, stamp);
     blocks.extend(items.iter().flat_map(Item::blocks));
-    blocks.extend(last(made));
+    blocks.extend(last(measurements));
     let page = report::page("The publications' tables and figures, made again", None, &blocks);
     let paper = Paper {
         format: 1,
         program: concat!("cyclopean ", env!("CARGO_PKG_VERSION")),
         device,
         scale: request.scale,
-        scenes: made.scenes.iter().map(|s| s.name.as_str()).collect(),
+        scenes: measurements.scenes.iter().map(|s| s.name.as_str()).collect(),
         stamp,
         items: &items,
         studies: input.map(report::json),
-        failed: made.failures(),
+        failed: measurements.failures(),
     };
     let files = ["paper.html", "paper.json"].map(|name| request.out.join(name));
     // If no comparison was asked for, the folder does not exist yet.
@@ -194,9 +194,14 @@ pub fn write(
     Ok(files)
 }
 
-fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Option<&str>) -> Vec<Block> {
+fn introduction(
+    request: &Request,
+    device: &DeviceInfo,
+    measurements: &Measurements,
+    stamp: Option<&str>,
+) -> Vec<Block> {
     let [width, height] = request.scale.size;
-    let names: Vec<&str> = made.scenes.iter().map(|s| s.name.as_str()).collect();
+    let names: Vec<&str> = measurements.scenes.iter().map(|s| s.name.as_str()).collect();
     let mut notes = vec![
         format!("{} ({}, {}).", device.name, device.kind, device.driver),
         format!(
@@ -238,8 +243,8 @@ fn introduction(request: &Request, device: &DeviceInfo, made: &Made, stamp: Opti
     vec![Block::Notes(notes), Block::Contents]
 }
 
-fn last(made: &Made) -> Vec<Block> {
-    let failures = made.failures();
+fn last(measurements: &Measurements) -> Vec<Block> {
+    let failures = measurements.failures();
     if failures.is_empty() {
         return Vec::new();
     }

@@ -10,7 +10,7 @@ use crate::compare::{Fallbacks, Options};
 use crate::metrics::{Networks, flip};
 use crate::render::method::UnknownMethod;
 use crate::render::{Ao, AoSettings, Method, Reuse, Settings};
-use crate::scene::{Fallback, Shelf};
+use crate::scene::{Fallback, SceneCache};
 
 /// Everything that the page is asked for.
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub struct Request {
     pub parts: Vec<Part>,
     /// Folders or journals of sessions.
     pub sessions: Vec<PathBuf>,
-    pub shelf: Shelf,
+    pub scene_cache: SceneCache,
     /// The networks of LPIPS and DISTS, then the options that name them in a command (`--lpips FILE`).
     pub networks: Arc<Networks>,
     pub network_options: Vec<(&'static str, PathBuf)>,
@@ -196,7 +196,7 @@ impl Request {
             keep: Some(self.kept()),
             out: self.out.join(of.id),
             sheets: of.sheets,
-            scenes: self.shelf.clone(),
+            scenes: self.scene_cache.clone(),
         })
     }
 
@@ -211,7 +211,7 @@ impl Request {
             view: None,
             keep: Some(self.kept()),
             out: self.out.join("ao"),
-            scenes: self.shelf.clone(),
+            scenes: self.scene_cache.clone(),
         }
     }
 
@@ -286,7 +286,7 @@ mod tests {
             scale: Scale::QUICK,
             parts: vec![Part::Methods, Part::Ao, Part::Sessions],
             sessions: Vec::new(),
-            shelf: Shelf::default(),
+            scene_cache: SceneCache::default(),
             networks: Arc::default(),
             network_options: Vec::new(),
         }

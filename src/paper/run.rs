@@ -1,5 +1,5 @@
 //! Makes all comparisons, or takes their results from those that an earlier run has kept, and prints how far it has
-//! come. A [`Request`] goes in, and everything that was measured ([`Made`]) comes out. The command `paper` calls it.
+//! come. A [`Request`] goes in, and everything that was measured ([`Measurements`]) comes out. The command `paper` calls it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -10,9 +10,9 @@ use cyclopean_analysis::files;
 
 use super::cost::{Piece, Speeds, in_words};
 use super::plan::{Part, Request};
-use super::{Made, Meant, PaperError, Sheet};
+use super::{Measurements, PaperError, RequestedScene, Sheet};
 use crate::compare::ao;
-use crate::compare::{self, Done, PROGRAM};
+use crate::compare::{self, PROGRAM, SceneComparison};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
 use crate::scene::survey::survey;
@@ -123,13 +123,13 @@ pub fn run(
     request: &Request,
     progress: &mut Progress<'_>,
     console: &Console,
-) -> Result<Made, PaperError> {
-    let scenes = meant(request)?;
-    let mut made = Made { scenes, reports: BTreeMap::new(), sheets: Vec::new(), ao: None };
+) -> Result<Measurements, PaperError> {
+    let scenes = requested_scenes(request)?;
+    let mut measurements = Measurements { scenes, reports: BTreeMap::new(), sheets: Vec::new(), ao: None };
     for comparison in request.comparisons() {
         let options = request.options(&comparison)?;
         let mut stepped = Ok(());
-        let mut show = |_: &str, done: Option<&Done>| {
+        let mut show = |_: &str, done: Option<&SceneComparison>| {
             let sheets = done.iter().flat_map(|done| {
                 done.sheets.iter().map(|sheet| Sheet {
                     comparison: comparison.id,
@@ -138,14 +138,14 @@ pub fn run(
                     png: sheet.png.clone(),
                 })
             });
-            made.sheets.extend(sheets);
+            measurements.sheets.extend(sheets);
             if stepped.is_ok() {
                 stepped = progress.step();
             }
         };
         let report = compare::compare_and_show(gpu, &comparison.scenes, &options, &mut show, console)?;
         stepped?;
-        made.reports.insert(comparison.id, report);
+        measurements.reports.insert(comparison.id, report);
     }
     if request.parts.contains(&Part::Ao) {
         let mut stepped = Ok(());
@@ -154,26 +154,26 @@ pub fn run(
                 stepped = progress.step();
             }
         };
-        made.ao = Some(ao::compare_and_show(gpu, &request.scenes, &request.ao_options(), &mut show, console)?);
+        measurements.ao = Some(ao::compare_and_show(gpu, &request.scenes, &request.ao_options(), &mut show, console)?);
         stepped?;
     }
-    Ok(made)
+    Ok(measurements)
 }
 
 /// Loads every scene and surveys it.
 ///
 /// # Errors
 /// Two scenes with the same name, which a table could not tell apart, or Ctrl-C.
-fn meant(request: &Request) -> Result<Vec<Meant>, PaperError> {
-    let mut all: Vec<Meant> = Vec::new();
+fn requested_scenes(request: &Request) -> Result<Vec<RequestedScene>, PaperError> {
+    let mut all: Vec<RequestedScene> = Vec::new();
     for asked in &request.scenes {
         check_interrupted()?;
-        let survey = request.shelf.load(asked).map(|scene| survey(&scene)).map_err(|e| e.to_string());
+        let survey = request.scene_cache.load(asked).map(|scene| survey(&scene)).map_err(|e| e.to_string());
         let name = survey.as_ref().map_or_else(|_| asked.clone(), |s| s.name.clone());
         if let Some(other) = all.iter().find(|other| other.name == name) {
             return Err(PaperError::SameName { name, first: other.asked.clone(), second: asked.clone() });
         }
-        all.push(Meant { asked: asked.clone(), name, survey });
+        all.push(RequestedScene { asked: asked.clone(), name, survey });
     }
     Ok(all)
 }

@@ -4,7 +4,7 @@
 use super::item::{Cell, Drawing, Grid, Item};
 use super::plan::{self, Comparison, Request};
 use super::published::{Publication, TABLE_1, TABLE_2, TABLE_3};
-use super::{Made, Meant};
+use super::{Measurements, RequestedScene};
 use crate::compare::{self, Row, SceneReport};
 
 /// The words that say whether a line is the publication's or ours.
@@ -21,9 +21,9 @@ const NO_COUNTERPART: &str = "no such scene";
 fn both<'a, P>(
     printed: &'a [P],
     name: impl Fn(&P) -> &'static str,
-    ours: &'a [Meant],
-) -> Vec<(String, Option<&'a P>, Option<&'a Meant>)> {
-    let is = |p: &P, m: &Meant| name(p).eq_ignore_ascii_case(&m.name);
+    ours: &'a [RequestedScene],
+) -> Vec<(String, Option<&'a P>, Option<&'a RequestedScene>)> {
+    let is = |p: &P, m: &RequestedScene| name(p).eq_ignore_ascii_case(&m.name);
     let theirs = printed.iter().map(|p| (name(p).to_owned(), Some(p), ours.iter().find(|m| is(p, m))));
     let rest = ours.iter().filter(|m| !printed.iter().any(|p| is(p, m))).map(|m| (m.name.clone(), None, Some(m)));
     theirs.chain(rest).collect()
@@ -48,12 +48,12 @@ pub fn call(request: &Request, id: &str) -> Option<String> {
 }
 
 /// Table 1.
-pub fn scenes(made: &Made) -> Item {
+pub fn scenes(measurements: &Measurements) -> Item {
     let columns =
         ["scene", "source", "triangles", "moving", "reflective materials", "roughness, range", "roughness, mean"];
     let mut grid = Grid::new("Parameters of the scenes. Reflective means a roughness below 0.8.", &columns);
     let whole = |n: usize| Cell::Number(n as f64, 0, "");
-    for (name, printed, ours) in both(&TABLE_1, |p| p.scene, &made.scenes) {
+    for (name, printed, ours) in both(&TABLE_1, |p| p.scene, &measurements.scenes) {
         let printed = match printed {
             Some(p) => vec![
                 whole(p.triangles as usize),
@@ -109,18 +109,18 @@ fn of_eye(row: &Row, eye: &str, measure: &str) -> Option<f64> {
 }
 
 /// Table 2.
-pub fn quality(request: &Request, made: &Made) -> Item {
+pub fn quality(request: &Request, measurements: &Measurements) -> Item {
     const ID: &str = plan::TABLE_2;
     let columns = ["scene", "eye", "source", "SSSR", "Ours", "1 − SSIM, Ours over SSSR"];
     let mut ssim = Grid::new("SSIM of the reflection against the reference; higher is better.", &columns);
     let networks = ["reflection_lpips", "reflection_dists"].map(|key| {
         let has = |s: &SceneReport| s.results.iter().any(|r| of_eye(r, "left", key).is_some());
-        made.reports.get(ID).is_some_and(|r| r.scenes.iter().any(has))
+        measurements.reports.get(ID).is_some_and(|r| r.scenes.iter().any(has))
     });
     let columns = ["scene", "eye", "source", "LPIPS, SSSR", "LPIPS, Ours", "DISTS, SSSR", "DISTS, Ours"];
     let mut learned = Grid::new("LPIPS and DISTS of the reflection; lower is better.", &columns);
     let has_network = networks.iter().any(|has| *has);
-    for (name, printed, ours) in both(&TABLE_2, |p| p.scene, &made.scenes) {
+    for (name, printed, ours) in both(&TABLE_2, |p| p.scene, &measurements.scenes) {
         let eyes: Vec<&str> = printed.map_or(vec!["left", "right"], |p| vec![p.eye]);
         for eye in eyes {
             let head = |source: &str| vec![Cell::word(&name), Cell::word(eye), Cell::word(source)];
@@ -146,8 +146,8 @@ pub fn quality(request: &Request, made: &Made) -> Item {
                     push(&mut learned, SOURCES[0], none(4, NO_COUNTERPART));
                 }
             }
-            let why = ours.map_or("not among the scenes".to_owned(), |m| made.why(ID, &m.name));
-            let rows = ["sssr", "stereo"].map(|method| ours.and_then(|m| made.row(ID, &m.name, method, 1)));
+            let why = ours.map_or("not among the scenes".to_owned(), |m| measurements.why(ID, &m.name));
+            let rows = ["sssr", "stereo"].map(|method| ours.and_then(|m| measurements.row(ID, &m.name, method, 1)));
             let values = |key: &str| rows.map(|row| row.and_then(|r| of_eye(r, eye, key)));
             push(&mut ssim, SOURCES[1], of_both(values("reflection_ssim"), &why));
             if has_network {
@@ -192,7 +192,7 @@ pub fn quality(request: &Request, made: &Made) -> Item {
 }
 
 /// Table 3, and the time of every pass.
-pub fn times(request: &Request, made: &Made) -> Item {
+pub fn times(request: &Request, measurements: &Measurements) -> Item {
     const ID: &str = "table3";
     let columns = [
         "scene",
@@ -209,7 +209,7 @@ pub fn times(request: &Request, made: &Made) -> Item {
     let mut grid =
         Grid::new("Milliseconds of both eyes together. The total is that of traversal and filter.", &columns);
     let pair = |[a, b]: [f64; 2]| [Cell::Number(a, 2, ""), Cell::Number(b, 2, "")];
-    for (name, printed, ours) in both(&TABLE_3, |p| p.scene, &made.scenes) {
+    for (name, printed, ours) in both(&TABLE_3, |p| p.scene, &measurements.scenes) {
         let cells = match printed {
             Some(p) => [Cell::Number(p.path_tracing, 2, "")]
                 .into_iter()
@@ -221,12 +221,12 @@ pub fn times(request: &Request, made: &Made) -> Item {
             None => none(8, NO_COUNTERPART),
         };
         grid.rows.push(line(&name, SOURCES[0], cells));
-        let why = ours.map_or("not among the scenes".to_owned(), |m| made.why(ID, &m.name));
-        let row = |method: &str, spp: u32| ours.and_then(|m| made.row(ID, &m.name, method, spp));
+        let why = ours.map_or("not among the scenes".to_owned(), |m| measurements.why(ID, &m.name));
+        let row = |method: &str, spp: u32| ours.and_then(|m| measurements.row(ID, &m.name, method, spp));
         let ms = |row: Option<&Row>, group: &str| Cell::number(row.and_then(|r| r.ms.get(group).copied()), 2, "", &why);
         let rows = [row("sssr", 1), row("stereo", 1)];
         let groups = ["trace", "resolve", "trace_resolve"];
-        let overhead = ours.and_then(|m| made.scene(ID, &m.name)).and_then(|scene| {
+        let overhead = ours.and_then(|m| measurements.scene(ID, &m.name)).and_then(|scene| {
             let of =
                 |o: &&compare::Overhead| (o.method.as_str(), o.spp, o.group.as_str()) == ("stereo", 1, "trace_resolve");
             scene.overhead.iter().find(of).map(|o| o.median)
@@ -248,7 +248,7 @@ pub fn times(request: &Request, made: &Made) -> Item {
         here: "medians over the rounds. Traversal is every stage of the trace, and the spatial filter is every stage \
                of the resolve. The overhead is the median of the ratios within the rounds."
             .to_owned(),
-        tables: vec![grid, passes(made)],
+        tables: vec![grid, passes(measurements)],
         differs: vec![
             "The device and perhaps the size are different, so only the last column can be compared.".to_owned(),
             OTHER_SCENES.to_owned(),
@@ -264,14 +264,14 @@ pub fn times(request: &Request, made: &Made) -> Item {
 /// Passes of a frame that are not work for reflections. They are the last columns.
 const SHARED: [&str; 3] = ["gbuffer", "lighting", "composite"];
 
-fn passes(made: &Made) -> Grid {
-    let rows: Vec<(&str, &Row)> = made
+fn passes(measurements: &Measurements) -> Grid {
+    let rows: Vec<(&str, &Row)> = measurements
         .scenes
         .iter()
         .flat_map(|m| {
             ["sssr", "stereo"]
                 .into_iter()
-                .filter_map(move |name| Some((m.name.as_str(), made.row("table3", &m.name, name, 1)?)))
+                .filter_map(move |name| Some((m.name.as_str(), measurements.row("table3", &m.name, name, 1)?)))
         })
         .collect();
     let mut names: Vec<&str> = rows.iter().flat_map(|(_, row)| row.passes.keys().map(String::as_str)).collect();
@@ -291,15 +291,15 @@ fn passes(made: &Made) -> Grid {
 }
 
 /// Error against time: what more samples gain.
-pub fn error_against_time(request: &Request, made: &Made) -> Item {
+pub fn error_against_time(request: &Request, measurements: &Measurements) -> Item {
     const ID: &str = "table3";
     let columns = ["scene", "method", "total, ms", "MSE", "RSE", "1 − SSIM", "MSE over sssr's in the same time"];
     let mut grid =
         Grid::new("Errors of the reflection against the reference, as means of the eyes and rounds.", &columns);
     let mut drawings = Vec::new();
-    for m in &made.scenes {
-        let Some(scene) = made.scene(ID, &m.name) else {
-            grid.rows.push([Cell::word(&m.name)].into_iter().chain(none(6, &made.why(ID, &m.name))).collect());
+    for m in &measurements.scenes {
+        let Some(scene) = measurements.scene(ID, &m.name) else {
+            grid.rows.push([Cell::word(&m.name)].into_iter().chain(none(6, &measurements.why(ID, &m.name))).collect());
             continue;
         };
         for row in &scene.results {
@@ -350,7 +350,7 @@ pub fn error_against_time(request: &Request, made: &Made) -> Item {
 }
 
 /// The ablation: what each module gains.
-pub fn modules(request: &Request, made: &Made) -> Item {
+pub fn modules(request: &Request, measurements: &Measurements) -> Item {
     const ID: &str = "modules";
     const MEASURES: [(&str, &str); 5] = [
         ("1 − SSIM", "one_minus_reflection_ssim"),
@@ -373,9 +373,9 @@ pub fn modules(request: &Request, made: &Made) -> Item {
          that changes with them.",
         &columns,
     );
-    for m in &made.scenes {
-        let why = made.why(ID, &m.name);
-        let scene = made.scene(ID, &m.name);
+    for m in &measurements.scenes {
+        let why = measurements.why(ID, &m.name);
+        let scene = measurements.scene(ID, &m.name);
         for (module, method) in modules {
             let time = scene.and_then(|s| {
                 s.overhead.iter().find(|o| (o.method.as_str(), o.group.as_str()) == (method, "trace_resolve"))

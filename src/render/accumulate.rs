@@ -11,7 +11,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 use super::context::Context;
 use super::history::History;
 use super::method::{Accumulation, HistorySource, Temporal};
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::{EnvironmentMaps, SceneResources};
@@ -36,7 +36,7 @@ impl AccumulatePass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         (how, weights): (Accumulation, Temporal),
         finish: bool,
     ) -> Result<AccumulatePass, GpuError> {
@@ -78,14 +78,14 @@ impl AccumulatePass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.guide, &context.nearest)
             .sampled(&pairs.known, &context.nearest)
-            .sampled(&pairs.standing, &context.nearest)
+            .sampled(&pairs.statistics, &context.nearest)
             .sampled(&last.guide, &context.nearest)
             .sampled(&last.known, &context.nearest)
-            .sampled(&last.standing, &context.nearest)
+            .sampled(&last.statistics, &context.nearest)
             .sampled(&last.trend, &context.nearest)
             .write(&new.guide)
             .write(&new.known)
-            .write(&new.standing)
+            .write(&new.statistics)
             .write(&new.trend)
             .with(|chain| context.bind_surroundings(chain, &resources.environment, fallback))
             .write(&out.reflection)

@@ -23,7 +23,7 @@ use super::shared::{
     COUNT_SHIFT, DOUBLE_SIDED, EmitterData, LEAF, MASKED, NodeData, TRANSMITS, TextureData, TriangleData,
 };
 use super::targets::GBuffer;
-use super::upload::{Range, SceneResources};
+use super::upload::{PrimitiveRange, SceneResources};
 
 /// Marks a triangle of a mirrored instance, whose second and third corner are exchanged (twin in hit_surface.glsl).
 pub const EXCHANGED: u32 = 1 << 31;
@@ -59,7 +59,7 @@ impl RayScene {
     pub fn new(
         gpu: &Rc<Gpu>,
         (scene, places): (&Scene, &[DAffine3]),
-        ranges: &[Range],
+        ranges: &[PrimitiveRange],
         head: DVec3,
         trace: Trace,
     ) -> Result<RayScene, GpuError> {
@@ -190,7 +190,12 @@ pub fn upload_rows<T: bytemuck::NoUninit>(gpu: &Rc<Gpu>, what: &str, content: &[
 }
 
 /// The scene's triangles relative to `head`, instance by instance.
-pub fn world_triangles(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<TriangleData> {
+pub fn world_triangles(
+    scene: &Scene,
+    places: &[DAffine3],
+    ranges: &[PrimitiveRange],
+    head: DVec3,
+) -> Vec<TriangleData> {
     let mut out = Vec::with_capacity(scene.triangle_count());
     for (number, (instance, place)) in scene.instances.iter().zip(places).enumerate() {
         let p = &scene.primitives[instance.primitive];

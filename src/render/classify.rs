@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::ray_list::RayList;
 use super::shaders;
 use super::targets::Targets;
@@ -18,7 +18,7 @@ pub struct ClassifyPass {
 impl ClassifyPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<ClassifyPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds) -> Result<ClassifyPass, GpuError> {
         let specialization = [u32::from(needs.resolve)];
         Ok(ClassifyPass { pass: ComputePass::new(gpu, "classify", &shaders::CLASSIFY_COMP.words(), &specialization)? })
     }

@@ -5,11 +5,11 @@ use std::rc::Rc;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
-use super::fine::Fine;
 use super::method::Method;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::settings::Settings;
 use super::shaders;
+use super::supersampled::SupersampledView;
 use super::targets::Targets;
 
 /// See `shaders/composite.comp`.
@@ -22,7 +22,7 @@ impl CompositePass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
     ) -> Result<CompositePass, GpuError> {
         let specialization = [u32::from(needs.rays), 1, u32::from(method.parts().unrelated), settings.antialias];
@@ -37,12 +37,12 @@ impl CompositePass {
         frame: &mut Frame,
         context: &Context,
         targets: &Targets,
-        fine: Option<&Fine>,
+        supersampled: Option<&SupersampledView>,
     ) -> Result<(), GpuError> {
-        let surfaces = fine.map_or(targets, |f| &f.targets);
+        let surfaces = supersampled.map_or(targets, |f| &f.targets);
         let screen_space = targets.filtered.as_ref().map(|s| &s.reflection);
         let path_traced = targets.path_traced.as_ref().map(|p| &p.reflection);
-        let reflection = screen_space.or(path_traced).unwrap_or(&targets.nothing);
+        let reflection = screen_space.or(path_traced).unwrap_or(&targets.placeholder);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)

@@ -7,10 +7,10 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
 use super::method::{Method, Reuse};
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::settings::Settings;
 use super::shaders;
-use super::targets::{GBuffer, Marched, TOP_LEVEL};
+use super::targets::{GBuffer, MarchImages, TOP_LEVEL};
 
 /// See `shaders/depth_pyramid.comp`.
 pub struct DepthPyramidPass {
@@ -22,7 +22,7 @@ impl DepthPyramidPass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
     ) -> Result<DepthPyramidPass, GpuError> {
         let words = shaders::DEPTH_PYRAMID_COMP.words();
@@ -40,7 +40,7 @@ impl DepthPyramidPass {
         frame: &mut Frame,
         context: &Context,
         gbuffer: &GBuffer,
-        out: &Marched,
+        out: &MarchImages,
     ) -> Result<(), GpuError> {
         let mut chain = frame.compute(&self.pass).uniform(&context.frame).sampled(&gbuffer.depth, &context.nearest);
         for mip in 0..=TOP_LEVEL as usize {

@@ -9,7 +9,7 @@ use crate::gpu::{Draws, Frame, Geometry, Gpu, GpuError, Image, Input, RasterPass
 use crate::scene::{Alpha, Eye, Scene};
 
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::shared::Vertex;
 use super::targets::GBuffer;
@@ -37,7 +37,7 @@ const ATTRIBUTES: [(vk::Format, u32); 6] = [
 impl GBufferPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources, needs: &Needs) -> Result<GBufferPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources, needs: &FrameNeeds) -> Result<GBufferPass, GpuError> {
         let formats = [vk::Format::R32G32B32A32_UINT, vk::Format::R32_UINT, vk::Format::R16G16B16A16_SFLOAT];
         let pass = RasterPass::new(
             gpu,

@@ -16,24 +16,25 @@ use crate::scene::{Eye, StereoCamera};
 use super::shared::FrameUniform;
 
 /// One of the two sets; see `shaders/accumulate.comp`.
-pub struct Remembered {
+pub struct HistorySet {
     /// That frame's guide: what the resolve needed to know of neighbours.
     pub guide: Image,
     /// C·L, the known share of the light, and C, how much is known.
     pub known: Image,
     /// Weight of the taps; nearness of what is reflected, 1/m; variance of the light; effective number of frames.
-    pub standing: Image,
+    /// In the shaders its name ends in `standing_image`.
+    pub statistics: Image,
     /// Variance of the light of a single frame; running mean of how far the frames lay above the history.
     pub trend: Image,
 }
 
-impl Remembered {
-    fn new(gpu: &Rc<Gpu>, (width, height): (u32, u32)) -> Result<Remembered, GpuError> {
+impl HistorySet {
+    fn new(gpu: &Rc<Gpu>, (width, height): (u32, u32)) -> Result<HistorySet, GpuError> {
         let image = |what: &str, format| Image::new(gpu, what, ImageDesc::stereo(width, height, format));
-        Ok(Remembered {
+        Ok(HistorySet {
             guide: image("history guide", vk::Format::R32G32B32A32_UINT)?,
             known: image("history light", vk::Format::R32G32B32A32_SFLOAT)?,
-            standing: image("history standing", vk::Format::R32G32B32A32_SFLOAT)?,
+            statistics: image("history standing", vk::Format::R32G32B32A32_SFLOAT)?,
             trend: image("history trend", vk::Format::R32G32_SFLOAT)?,
         })
     }
@@ -41,7 +42,7 @@ impl Remembered {
 
 /// See the module's documentation.
 pub struct History {
-    sets: [Remembered; 2],
+    sets: [HistorySet; 2],
     /// Index of the set that the next frame writes.
     turn: Cell<usize>,
     /// The uniforms of the last frame, on the device.
@@ -52,19 +53,19 @@ pub struct History {
     /// Some instance has moved since the last frame.
     is_changing: Cell<bool>,
     /// The last frame that ended; `None` before the first frame and after [`History::forget`].
-    last: RefCell<Option<Last>>,
+    last: RefCell<Option<LastFrame>>,
 }
 
-struct Last {
+struct LastFrame {
     frame: FrameUniform,
-    moment: Moment,
+    moment: TimedCamera,
     /// The transform of each instance.
     places: Vec<DAffine3>,
 }
 
 /// The camera of a frame and its time in the scene's motions.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment {
+pub struct TimedCamera {
     pub camera: StereoCamera,
     /// Time in the scene's motions, seconds; 0 without any.
     pub time_s: f64,
@@ -79,16 +80,16 @@ const MOST_PASSED_S: f64 = 0.25;
 /// The largest change of the distance between the eyes between two frames (metres); likewise.
 const MOST_APART_M: f64 = 0.005;
 
-impl Moment {
+impl TimedCamera {
     /// Whether there was a jump since `last`. The history then no longer holds: even a surface that is seen again reflects
     /// something else.
-    fn is_after_a_jump(&self, last: &Moment) -> bool {
+    fn is_after_a_jump(&self, last: &TimedCamera) -> bool {
         let eye_jumps = |eye: Eye| {
             let (now, was) = (self.camera.eye(eye), last.camera.eye(eye));
             now.position.distance(was.position) > MOST_MOVED_M
                 || now.world_from_view.angle_between(was.world_from_view) > MOST_TURNED_RAD
         };
-        let apart_m = |moment: &Moment| moment.camera.left.position.distance(moment.camera.right.position);
+        let apart_m = |moment: &TimedCamera| moment.camera.left.position.distance(moment.camera.right.position);
         Eye::BOTH.into_iter().any(eye_jumps)
             || (apart_m(self) - apart_m(last)).abs() > MOST_APART_M
             || (self.time_s - last.time_s).abs() > MOST_PASSED_S
@@ -102,7 +103,7 @@ impl History {
     /// When device memory runs out.
     pub fn new(gpu: &Rc<Gpu>, size: (u32, u32), instances: usize) -> Result<History, GpuError> {
         Ok(History {
-            sets: [Remembered::new(gpu, size)?, Remembered::new(gpu, size)?],
+            sets: [HistorySet::new(gpu, size)?, HistorySet::new(gpu, size)?],
             turn: Cell::new(0),
             last_frame: Buffer::upload(gpu, "last frame", size_of::<FrameUniform>() as u64)?,
             motions: Buffer::upload(gpu, "motions", (instances.max(1) * 48) as u64)?,
@@ -122,12 +123,12 @@ impl History {
     }
 
     /// The set that this frame reads.
-    pub fn last(&self) -> &Remembered {
+    pub fn last(&self) -> &HistorySet {
         &self.sets[1 - self.turn.get()]
     }
 
     /// The set that this frame writes.
-    pub fn new_set(&self) -> &Remembered {
+    pub fn new_set(&self) -> &HistorySet {
         &self.sets[self.turn.get()]
     }
 
@@ -141,12 +142,12 @@ impl History {
 
     /// Call before a frame. After a jump it forgets the history; otherwise it uploads where the eyes and instances were in the
     /// last frame. `places`: the instances' transforms in this frame; `head`: the origin of render space.
-    pub fn begin(&self, moment: &Moment, places: &[DAffine3], head: DVec3) {
+    pub fn begin(&self, moment: &TimedCamera, places: &[DAffine3], head: DVec3) {
         if self.last.borrow().as_ref().is_some_and(|last| moment.is_after_a_jump(&last.moment)) {
             self.forget();
         }
         let last = self.last.borrow();
-        let Some(Last { frame, places: before, .. }) = &*last else { return };
+        let Some(LastFrame { frame, places: before, .. }) = &*last else { return };
         self.last_frame.write(bytemuck::bytes_of(frame));
         self.is_changing.set(places != before.as_slice());
         let rows: Vec<[[f32; 4]; 3]> = places.iter().zip(before).map(|(now, was)| rows(now, was, head)).collect();
@@ -156,8 +157,8 @@ impl History {
     }
 
     /// Call after a frame: it becomes the last one.
-    pub fn end(&self, frame: FrameUniform, moment: Moment, places: Vec<DAffine3>) {
-        *self.last.borrow_mut() = Some(Last { frame, moment, places });
+    pub fn end(&self, frame: FrameUniform, moment: TimedCamera, places: Vec<DAffine3>) {
+        *self.last.borrow_mut() = Some(LastFrame { frame, moment, places });
         self.turn.set(1 - self.turn.get());
     }
 

@@ -7,7 +7,7 @@ use crate::scene::Eye;
 
 /// How a ray ended; twin of the status in `shaders/common/hit.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum RayOutcome {
     /// The pixel traced no ray, or its sample fell below the horizon.
     Nothing,
     Hit,
@@ -20,7 +20,7 @@ pub enum End {
 /// One ray's end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayEnd {
-    pub end: End,
+    pub end: RayOutcome,
     /// The eye in whose image the ray ended.
     pub eye: Eye,
     /// Place of the hit in that image, 0–1 from the top left.
@@ -49,7 +49,7 @@ pub(super) fn read(gpu: &Rc<Gpu>, hits: &Image, guide: &Image) -> Result<[Vec<Ra
 
 fn decode([uv, _direction, how]: [u32; 3]) -> RayEnd {
     RayEnd {
-        end: [End::Nothing, End::Hit, End::Sky, End::Unknown][(how & 3) as usize],
+        end: [RayOutcome::Nothing, RayOutcome::Hit, RayOutcome::Sky, RayOutcome::Unknown][(how & 3) as usize],
         eye: Eye::BOTH[(how >> 2 & 1) as usize],
         uv: [(uv & 0xffff) as f32 / 65535.0, (uv >> 16) as f32 / 65535.0],
         distance_m: f32::from_bits(how & !0x7ff),

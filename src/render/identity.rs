@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 use crate::scene::{Eye, Scene, StereoCamera};
 
 use super::method::HitSource;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::{Method, Settings, cpu, shaders};
 
 /// SHA-256 (hex) over scene bytes, shaders, method and samples, both eyes' cameras, settings, renderer version and kind
@@ -46,8 +46,10 @@ pub fn identity(
     if cpu::traces(method, settings.trace, device_kind) {
         identity["paths_by"] = format!("cpu {}", cpu::VERSION).into();
     }
-    let needs = || Needs::of(scene, method, settings);
-    if cpu::serves(settings.trace, device_kind) && needs().with_shadows_on_the_cpu(settings.shading_reuse).cpu_shadows {
+    let needs = || FrameNeeds::of(scene, method, settings);
+    if cpu::is_chosen(settings.trace, device_kind)
+        && needs().with_shadows_on_the_cpu(settings.shading_reuse).cpu_shadows
+    {
         identity["shadows_by"] = format!("cpu {}", cpu::VERSION).into();
     }
     let digest = Sha256::digest(serde_json::to_vec(&identity)?);

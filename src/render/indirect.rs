@@ -6,7 +6,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -19,7 +19,7 @@ pub struct IndirectPass {
 impl IndirectPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<IndirectPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, rays: &RayScene) -> Result<IndirectPass, GpuError> {
         let words = rays.variant(&shaders::INDIRECT_COMP, &shaders::INDIRECT_RAY_QUERY_COMP).words();
         Ok(IndirectPass { pass: ComputePass::new(gpu, "indirect", &words, &[u32::from(needs.mask)])? })
     }

@@ -11,7 +11,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::scene::Scene;
 
 use super::bvh::RayScene;
-use super::cpu::{Content, World};
+use super::cpu::{StaticScene, World};
 use super::settings::Trace;
 use super::upload::SceneResources;
 
@@ -25,7 +25,7 @@ pub struct LazyRays {
     built: RefCell<Option<Rc<RayScene>>>,
     /// The geometry for the processor, and the part of it that does not change when instances move.
     world: RefCell<Option<Rc<World>>>,
-    content: OnceCell<Arc<Content>>,
+    content: OnceCell<Arc<StaticScene>>,
 }
 
 impl LazyRays {
@@ -51,7 +51,7 @@ impl LazyRays {
         if let Some(world) = self.world.borrow().as_ref().filter(|w| w.head == head) {
             return Rc::clone(world);
         }
-        let content = self.content.get_or_init(|| Arc::new(Content::new(&self.scene)));
+        let content = self.content.get_or_init(|| Arc::new(StaticScene::new(&self.scene)));
         let world = Rc::new(World::new(content, &self.places.borrow(), head));
         *self.world.borrow_mut() = Some(Rc::clone(&world));
         world

@@ -6,7 +6,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
 use super::context::Context;
 use super::method::Ao;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -19,7 +19,7 @@ pub struct LightingPass {
 impl LightingPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<LightingPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds) -> Result<LightingPass, GpuError> {
         let words = shaders::LIGHTING_COMP.words();
         let parts = [needs.emission, needs.direct(), needs.indirect, needs.ao != Ao::None].map(u32::from);
         Ok(LightingPass { pass: ComputePass::new(gpu, "lighting", &words, &parts)? })
@@ -38,10 +38,10 @@ impl LightingPass {
         targets: &Targets,
         visibility: Option<&Image>,
     ) -> Result<(), GpuError> {
-        let direct: &Image = targets.direct.as_ref().unwrap_or(&targets.nothing);
-        let indirect: &Image = targets.indirect.as_ref().unwrap_or(&targets.nothing);
-        let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.nothing);
-        let visibility = visibility.unwrap_or(&targets.nothing);
+        let direct: &Image = targets.direct.as_ref().unwrap_or(&targets.placeholder);
+        let indirect: &Image = targets.indirect.as_ref().unwrap_or(&targets.placeholder);
+        let emission: &Image = targets.gbuffer.emission.as_ref().unwrap_or(&targets.placeholder);
+        let visibility = visibility.unwrap_or(&targets.placeholder);
         frame
             .compute(&self.pass)
             .uniform(&context.frame)

@@ -17,7 +17,6 @@ mod convergence;
 pub mod cpu;
 mod depth_pyramid;
 mod error;
-mod fine;
 mod framing;
 mod gbuffer;
 pub mod geometry;
@@ -39,6 +38,7 @@ mod renderer;
 mod reproject;
 mod resolve;
 pub mod settings;
+mod supersampled;
 
 pub mod shaders;
 mod shading_reuse;

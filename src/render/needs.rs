@@ -1,6 +1,6 @@
 //! Decides from scene, method and settings which parts of a frame run. What is left out costs no pass, no memory and no branch.
 //!
-//! `Renderer::prepare` asks [`Needs::of`]; `Targets` and the passes are made for the result. Each decision is conservative: a
+//! `Renderer::prepare` asks [`FrameNeeds::of`]; `Targets` and the passes are made for the result. Each decision is conservative: a
 //! part is left out only where that provably does not change the picture.
 
 use crate::scene::{Alpha, Fallback, Light, Material, Scene};
@@ -22,7 +22,7 @@ pub struct PassDecision {
 
 /// The decisions of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Needs {
+pub struct FrameNeeds {
     /// Some material emits.
     pub emission: bool,
     /// Some material is cut out.
@@ -72,9 +72,9 @@ pub struct Needs {
     decisions: Vec<PassDecision>,
 }
 
-impl Needs {
+impl FrameNeeds {
     /// What `method` needs for pictures of `scene` with these settings.
-    pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> Needs {
+    pub fn of(scene: &Scene, method: &Method, settings: &Settings) -> FrameNeeds {
         let all = settings.all_passes;
         let used = || scene.instances.iter().map(|i| scene.material_of(i));
         let emission = used().any(|m| m.emissive.max_element() > 0.0);
@@ -198,7 +198,7 @@ impl Needs {
         }
         decisions.always("composite");
         let decisions = decisions.list;
-        Needs {
+        FrameNeeds {
             emission,
             mask,
             shadows,
@@ -227,7 +227,7 @@ impl Needs {
     }
 
     /// The same with the reference's paths, if there are any, traced by the processor.
-    pub fn with_paths_on_the_cpu(mut self) -> Needs {
+    pub fn with_paths_on_the_cpu(mut self) -> FrameNeeds {
         self.cpu_paths = self.path_trace && !self.resolve;
         if self.cpu_paths
             && let Some(part) = self.decisions.iter_mut().find(|p| p.name == "path_trace")
@@ -240,7 +240,7 @@ impl Needs {
     /// The same with the shadows in the views traced by the processor, if they are found by rays. The eyes then share no shading
     /// unless `reuse` insists on it, because the device takes longer to look up the left eye's light than the processor takes to
     /// trace the shadows.
-    pub fn with_shadows_on_the_cpu(mut self, reuse: ShadingReuse) -> Needs {
+    pub fn with_shadows_on_the_cpu(mut self, reuse: ShadingReuse) -> FrameNeeds {
         if self.shadow_rays() && self.shading_reuse && reuse == ShadingReuse::Auto {
             self.shading_reuse = false;
             if let Some(part) = self.decisions.iter_mut().find(|p| p.name == "shading_reuse") {
@@ -258,8 +258,8 @@ impl Needs {
     }
 
     /// The needs of surfaces and their light alone, without reflections: those of a view's finer twin.
-    pub fn of_surfaces(&self) -> Needs {
-        Needs {
+    pub fn of_surfaces(&self) -> FrameNeeds {
+        FrameNeeds {
             composite: false,
             ao: Ao::None,
             rays: false,

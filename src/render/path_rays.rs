@@ -7,7 +7,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -20,7 +20,7 @@ pub struct PathRaysPass {
 impl PathRaysPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathRaysPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, rays: &RayScene) -> Result<PathRaysPass, GpuError> {
         let words = rays.variant(&shaders::PATH_RAYS_COMP, &shaders::PATH_RAYS_RAY_QUERY_COMP).words();
         Ok(PathRaysPass { pass: ComputePass::new(gpu, "path_rays", &words, &needs.of_hits())? })
     }

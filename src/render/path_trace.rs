@@ -8,7 +8,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -28,7 +28,7 @@ struct Constants {
 impl PathTracePass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene) -> Result<PathTracePass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, rays: &RayScene) -> Result<PathTracePass, GpuError> {
         let words = rays.variant(&shaders::PATH_TRACE_COMP, &shaders::PATH_TRACE_RAY_QUERY_COMP).words();
         Ok(PathTracePass { pass: ComputePass::new(gpu, "path_trace", &words, &needs.of_hits())? })
     }

@@ -10,7 +10,7 @@ use crate::scene::{Environment, Equirect, Scene};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::upload::{EnvironmentMaps, SceneResources};
 
@@ -30,7 +30,7 @@ pub fn probe(
     resources: &SceneResources,
     rays: &RayScene,
     context: &Context,
-    needs: &Needs,
+    needs: &FrameNeeds,
 ) -> Result<EnvironmentMaps, GpuError> {
     let place = scene.views.first().map_or(context.head, |v| v.position) - context.head;
     let place = place.as_vec3().extend(SAMPLES as f32).to_array();

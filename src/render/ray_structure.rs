@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use crate::gpu::{AccelerationStructure, Buffer, Gpu, GpuError, Placed, Triangles};
+use crate::gpu::{AccelerationStructure, Buffer, Gpu, GpuError, StructureInstance, Triangles};
 
 use super::shared::{DOUBLE_SIDED, MASKED, TriangleData};
 
@@ -42,10 +42,10 @@ pub fn build(gpu: &Rc<Gpu>, triangles: &[TriangleData]) -> Result<(RayStructure,
         let run = Triangles { first: first as u32, count: count as u32, opaque: kind & MASKED == 0 };
         below.push(AccelerationStructure::of_triangles(gpu, &positions, run)?);
     }
-    let placed: Vec<Placed<'_>> = below
+    let placed: Vec<StructureInstance<'_>> = below
         .iter()
         .zip(&runs)
-        .map(|(structure, &(kind, first, _))| Placed {
+        .map(|(structure, &(kind, first, _))| StructureInstance {
             structure,
             custom: (first / STEP) as u32,
             two_sided: kind & DOUBLE_SIDED != 0,

@@ -20,16 +20,16 @@ use super::bvh::{RayScene, fast_ray_queries};
 use super::context::Context;
 use super::cpu;
 use super::error::{MOST_PIXELS, RenderError};
-use super::fine::Fine;
 use super::framing::Framing;
 use super::lazy_rays::LazyRays;
 use super::method::{Ao, Method};
-use super::needs::{Needs, PassDecision};
-use super::prepared::{Prepared, Shared};
+use super::needs::{FrameNeeds, PassDecision};
+use super::prepared::{Prepared, SceneOnDevice};
 use super::probe::probe;
 use super::settings::Settings;
 use super::shadow_maps::ShadowMaps;
 use super::shared::Counts;
+use super::supersampled::SupersampledView;
 use super::upload::{EnvironmentMaps, SceneResources};
 
 /// A stereo still, and how it was made.
@@ -76,7 +76,7 @@ pub struct Renderer {
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
     rays: Rc<LazyRays>,
-    /// With the shaders' specialisation with which it was traced ([`Needs::of_hits`]).
+    /// With the shaders' specialisation with which it was traced ([`FrameNeeds::of_hits`]).
     probe: Option<([u32; 4], Rc<EnvironmentMaps>)>,
     /// Likewise.
     baked: Option<([u32; 4], Rc<BakedLight>)>,
@@ -85,7 +85,7 @@ pub struct Renderer {
     /// Made for the first view whose shadows are looked up in maps.
     shadow_maps: Option<Rc<ShadowMaps>>,
     /// A placeholder for baked light.
-    nothing: Rc<BakedLight>,
+    placeholder: Rc<BakedLight>,
     /// With the value of `delta_roughness` for which it was made.
     brdf_table: Option<(f32, Rc<Image>)>,
 }
@@ -99,7 +99,7 @@ impl Renderer {
         let resources = Rc::new(SceneResources::new(gpu, &scene)?);
         let rays = Rc::new(LazyRays::new(gpu, &scene, &resources));
         Ok(Renderer {
-            nothing: Rc::new(BakedLight::nothing(gpu)?),
+            placeholder: Rc::new(BakedLight::placeholder(gpu)?),
             gpu: Rc::clone(gpu),
             scene,
             resources,
@@ -131,7 +131,7 @@ impl Renderer {
 
     fn baked_light(
         &mut self,
-        needs: &Needs,
+        needs: &FrameNeeds,
         context: &Context,
         rays: &RayScene,
     ) -> Result<Rc<BakedLight>, RenderError> {
@@ -170,12 +170,12 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<Prepared, RenderError> {
         let method = &method.on(fast_ray_queries(&self.gpu, settings.trace));
-        let needs = Needs::of(&self.scene, method, settings);
+        let needs = FrameNeeds::of(&self.scene, method, settings);
         let needs = match cpu::traces(method, settings.trace, self.gpu.info().kind) {
             true => needs.with_paths_on_the_cpu(),
             false => needs,
         };
-        let needs = match cpu::serves(settings.trace, self.gpu.info().kind) {
+        let needs = match cpu::is_chosen(settings.trace, self.gpu.info().kind) {
             true => needs.with_shadows_on_the_cpu(settings.shading_reuse),
             false => needs,
         };
@@ -185,9 +185,10 @@ impl Renderer {
             return Err(RenderError::TooLarge { width: drawn.width, height: drawn.height });
         }
         let table = self.brdf_table(settings.delta_roughness)?;
-        let nothing = Rc::clone(&self.nothing);
+        let placeholder = Rc::clone(&self.placeholder);
         let view = (&eyes, &drawn, framing.guard);
-        let mut context = Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), nothing), view)?;
+        let mut context =
+            Context::new(&self.gpu, &self.scene, &self.resources, (Rc::clone(&table), placeholder), view)?;
         let light = needs.of_hits();
         let probe_fits = self.probe.as_ref().is_some_and(|(of, _)| *of == light);
         let asks_geometry = needs.path_trace && !needs.cpu_paths
@@ -203,15 +204,15 @@ impl Renderer {
             let made = probe(&self.gpu, &self.scene, &self.resources, rays, &context, &needs)?;
             self.probe = Some((light, Rc::new(made)));
         }
-        let fine = match settings.antialias {
+        let supersampled = match settings.antialias {
             1 => None,
             finer => {
                 let baked = Rc::clone(&context.baked);
-                let view = (&eyes, &Fine::settings(&drawn, finer), framing.guard.map(|n| n * finer));
+                let view = (&eyes, &SupersampledView::settings(&drawn, finer), framing.guard.map(|n| n * finer));
                 Some(Context::new(&self.gpu, &self.scene, &self.resources, (table, baked), view)?)
             }
         };
-        let shared = Shared {
+        let on_device = SceneOnDevice {
             gpu: Rc::clone(&self.gpu),
             scene: Arc::clone(&self.scene),
             resources: Rc::clone(&self.resources),
@@ -219,11 +220,11 @@ impl Renderer {
         };
         let maps = needs.shadow_maps.then(|| self.shadow_maps(context.head)).transpose()?;
         let probe = self.probe.as_ref().map(|(_, maps)| Rc::clone(maps));
-        Ok(Prepared::new(shared, (context, fine), needs, (camera, method, settings), rays, (probe, maps))?)
+        Ok(Prepared::new(on_device, (context, supersampled), needs, (camera, method, settings), rays, (probe, maps))?)
     }
 
     fn shadow_maps(&mut self, head: DVec3) -> Result<Rc<ShadowMaps>, GpuError> {
-        if let Some(maps) = self.shadow_maps.as_ref().filter(|m| m.serves(head)) {
+        if let Some(maps) = self.shadow_maps.as_ref().filter(|m| m.covers_view_from(head)) {
             return Ok(Rc::clone(maps));
         }
         let made = Rc::new(ShadowMaps::new(&self.gpu, &self.scene, &self.resources, head)?);

@@ -7,7 +7,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 use super::context::Context;
 use super::history::History;
 use super::method::{Method, Reprojection};
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::{EnvironmentMaps, SceneResources};
@@ -24,7 +24,7 @@ impl ReprojectPass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         (how, method): (Reprojection, &Method),
     ) -> Result<ReprojectPass, GpuError> {
         let select = || ComputePass::new(gpu, "resolve_select", &shaders::RESOLVE_SELECT_COMP.words(), &[]);
@@ -56,7 +56,7 @@ impl ReprojectPass {
                     .compute(select)
                     .read_buffer(&list.rays)
                     .read_buffer(&list.arguments)
-                    .sampled(&pairs.standing, &context.nearest)
+                    .sampled(&pairs.statistics, &context.nearest)
                     .write_buffer(&visible.rays)
                     .write_buffer(&visible.arguments)
                     .dispatch_indirect(&list.arguments, 0)?;
@@ -64,9 +64,9 @@ impl ReprojectPass {
             }
             _ => list,
         };
-        let (known, standing) = match history {
-            Some(history) => (&history.new_set().known, &history.new_set().standing),
-            None => (&pairs.known, &pairs.standing),
+        let (known, statistics) = match history {
+            Some(history) => (&history.new_set().known, &history.new_set().statistics),
+            None => (&pairs.known, &pairs.statistics),
         };
         frame
             .compute(&self.pass)
@@ -77,7 +77,7 @@ impl ReprojectPass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.guide, &context.nearest)
             .sampled(known, &context.nearest)
-            .sampled(standing, &context.nearest)
+            .sampled(statistics, &context.nearest)
             .with(|chain| context.bind_surroundings(chain, &resources.environment, fallback))
             .write(&out.reflection)
             .dispatch_indirect(&list.arguments, 0)

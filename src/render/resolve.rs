@@ -8,7 +8,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::context::Context;
 use super::method::{Method, Reuse};
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::settings::Settings;
 use super::shaders;
 use super::targets::Targets;
@@ -35,7 +35,7 @@ impl ResolvePass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
     ) -> Result<ResolvePass, GpuError> {
         let parts = method.parts();
@@ -74,11 +74,11 @@ impl ResolvePass {
         let (Some(list), Some(out)) = (&targets.rays, &targets.filtered) else { return Ok(()) };
         let (sums, weights) = match &out.sums {
             Some((sums, weights)) => (sums, weights),
-            None => (&targets.nothing, &targets.nothing),
+            None => (&targets.placeholder, &targets.placeholder),
         };
-        let (known, standing) = match &out.pairs {
-            Some(pairs) => (&pairs.known, &pairs.standing),
-            None => (&out.reflection, &targets.nothing),
+        let (known, statistics) = match &out.pairs {
+            Some(pairs) => (&pairs.known, &pairs.statistics),
+            None => (&out.reflection, &targets.placeholder),
         };
         frame
             .compute(&self.pass)
@@ -94,7 +94,7 @@ impl ResolvePass {
             .write(known)
             .read_write(sums)
             .read_write(weights)
-            .read_write(standing)
+            .read_write(statistics)
             .sampled(out.ray_radiance.as_ref().unwrap_or(&targets.radiance), &context.nearest)
             .write(&out.reflection)
             .constants(&Constants {

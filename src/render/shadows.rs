@@ -9,7 +9,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError, Image};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::{Needs, RIM_RAYS};
+use super::needs::{FrameNeeds, RIM_RAYS};
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -32,7 +32,7 @@ impl ShadowsPass {
     ///
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: &RayScene, soft_rays: u32) -> Result<ShadowsPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, rays: &RayScene, soft_rays: u32) -> Result<ShadowsPass, GpuError> {
         let words = rays.variant(&shaders::SHADOWS_COMP, &shaders::SHADOWS_RAY_QUERY_COMP).words();
         let pass = ComputePass::new(gpu, "shadows", &words, &[u32::from(needs.mask), u32::from(needs.glass)])?;
         Ok(ShadowsPass { pass, soft_rays })

@@ -1,4 +1,4 @@
-//! The images and ray lists of a frame. Those that [`Needs`] does not ask for are not allocated.
+//! The images and ray lists of a frame. Those that [`FrameNeeds`] does not ask for are not allocated.
 
 use std::rc::Rc;
 
@@ -8,10 +8,10 @@ use crate::gpu::{Gpu, GpuError, Image, ImageDesc};
 
 use super::ao::images::AoImages;
 use super::method::{Method, Traversal};
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::ray_list::RayList;
 use super::settings::Settings;
-use super::shading_reuse::images::Shared;
+use super::shading_reuse::images::ShadingReuseImages;
 
 /// Levels of the depth pyramid above its base (twin: `TOP_LEVEL` in march.glsl).
 pub const TOP_LEVEL: u32 = 6;
@@ -26,7 +26,7 @@ pub struct GBuffer {
 }
 
 /// What screen-space rays are marched through, and the lists of rays that go on elsewhere.
-pub struct Marched {
+pub struct MarchImages {
     /// `None` when no mesh is closed.
     pub back_depth: Option<Image>,
     pub pyramid: Image,
@@ -37,22 +37,23 @@ pub struct Marched {
 }
 
 /// The filter's output for blending with the other eye or with earlier frames.
-pub struct Pairs {
+pub struct BlendImages {
     /// C·L, the known share of the light, and C, how much is known.
     pub known: Image,
     /// Weight of the taps; nearness of what is reflected, 1/m; variance of the light, if the method needs it.
-    pub standing: Image,
+    /// In the shaders its name ends in `standing_image`.
+    pub statistics: Image,
     /// The pixels in which the eyes may differ visibly, for methods that blend only those.
     pub visible: Option<RayList>,
 }
 
 /// The hits of rays, and the images of the filter.
-pub struct Filtered {
+pub struct FilterImages {
     pub hits: Image,
     /// The radiance of hits in the scene's geometry, at the rays' pixels; for methods with such hits.
     pub ray_radiance: Option<Image>,
     /// For methods that blend the filter's output with the other eye or with earlier frames.
-    pub pairs: Option<Pairs>,
+    pub pairs: Option<BlendImages>,
     pub reflection: Image,
     /// Sums and weights over a pixel's samples, if it has several.
     pub sums: Option<(Image, Image)>,
@@ -66,7 +67,7 @@ pub struct PathSums {
 }
 
 /// The reference's results.
-pub struct PathTraced {
+pub struct PathTraceImages {
     /// `None` where the processor traces the paths and adds them up.
     pub sums: Option<PathSums>,
     pub reflection: Image,
@@ -85,19 +86,19 @@ pub struct Targets {
     /// Baked light of each pixel's surface; `None` without any.
     pub indirect: Option<Image>,
     /// `None` where the eyes do not share their shading.
-    pub shared: Option<Shared>,
+    pub shading_reuse: Option<ShadingReuseImages>,
     pub rays: Option<RayList>,
     /// What the resolve needs to know of neighbours (guide.glsl); a single texel where nothing is resolved.
     pub guide: Image,
-    pub marched: Option<Marched>,
-    pub filtered: Option<Filtered>,
-    pub path_traced: Option<PathTraced>,
+    pub marched: Option<MarchImages>,
+    pub filtered: Option<FilterImages>,
+    pub path_traced: Option<PathTraceImages>,
     /// The tone-mapped picture, without the guard band.
     pub display: Image,
     pub linear: Image,
     pub reflection_out: Image,
     /// A placeholder (RGBA32F) for images that a shader binds but this frame does not have.
-    pub nothing: Image,
+    pub placeholder: Image,
 }
 
 impl Targets {
@@ -109,7 +110,7 @@ impl Targets {
         gpu: &Rc<Gpu>,
         settings: &Settings,
         shown: (u32, u32),
-        needs: &Needs,
+        needs: &FrameNeeds,
         method: &Method,
     ) -> Result<Targets, GpuError> {
         let (w, h) = (settings.width, settings.height);
@@ -135,7 +136,7 @@ impl Targets {
         let parts = method.parts();
         let marched = match needs.screen_space {
             false => None,
-            true => Some(Marched {
+            true => Some(MarchImages {
                 back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
                 pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
                 retries: RayList::new(gpu, if parts.traversal == Traversal::TwoStages { texels } else { 0 })?,
@@ -144,14 +145,14 @@ impl Targets {
         };
         let filtered = match needs.resolve {
             false => None,
-            true => Some(Filtered {
+            true => Some(FilterImages {
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
                 ray_radiance: (parts.resolved || needs.geometry).then(|| stereo("ray radiance", rgba16)).transpose()?,
                 pairs: match needs.pairs {
                     false => None,
-                    true => Some(Pairs {
+                    true => Some(BlendImages {
                         known: stereo("known light", rgba16)?,
-                        standing: stereo("standing", rgba32)?,
+                        statistics: stereo("standing", rgba32)?,
                         visible: method.weber_share().map(|_| RayList::new(gpu, texels)).transpose()?,
                     }),
                 },
@@ -170,9 +171,9 @@ impl Targets {
         let path_traced = match needs.path_trace && !needs.resolve {
             false => None,
             true if needs.cpu_paths => {
-                Some(PathTraced { sums: None, reflection: written("path mean")?, error: written("path error")? })
+                Some(PathTraceImages { sums: None, reflection: written("path mean")?, error: written("path error")? })
             }
-            true => Some(PathTraced {
+            true => Some(PathTraceImages {
                 sums: Some(PathSums {
                     sum: stereo("path sums", rgba32)?,
                     compensation: stereo("path compensation", rgba32)?,
@@ -192,7 +193,7 @@ impl Targets {
                 true if needs.cpu_shadows => Some(written("direct light")?),
                 true => Some(stereo("direct light", rgba32)?),
             },
-            shared: needs.shading_reuse.then(|| Shared::new(gpu, needs, (w, h))).transpose()?,
+            shading_reuse: needs.shading_reuse.then(|| ShadingReuseImages::new(gpu, needs, (w, h))).transpose()?,
             guide: match needs.resolve {
                 true => stereo("guide", vk::Format::R32G32B32A32_UINT)?,
                 false => Image::new(gpu, "guide", ImageDesc::stereo(1, 1, vk::Format::R32G32B32A32_UINT))?,
@@ -204,7 +205,7 @@ impl Targets {
             display: Image::new(gpu, "display", ImageDesc::stereo(shown.0, shown.1, vk::Format::R8G8B8A8_UNORM))?,
             linear: whole("linear")?,
             reflection_out: whole("reflection out")?,
-            nothing: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
+            placeholder: Image::new(gpu, "nothing", ImageDesc::stereo(1, 1, rgba32))?,
         })
     }
 }

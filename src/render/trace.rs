@@ -10,7 +10,7 @@ use super::method::{Method, Reuse, Traversal};
 use super::ray_list::RayList;
 use super::settings::Settings;
 use super::shaders;
-use super::targets::{Filtered, GBuffer, Marched};
+use super::targets::{FilterImages, GBuffer, MarchImages};
 
 /// See `shaders/trace.comp`, `shaders/trace_other_eye.comp` and, for the oracle, `shaders/trace_one_loop.comp`.
 pub struct TracePass {
@@ -51,7 +51,7 @@ impl TracePass {
         context: &Context,
         gbuffer: &GBuffer,
         list: &RayList,
-        (marched, out): (&Marched, &Filtered),
+        (marched, out): (&MarchImages, &FilterImages),
         sample: u32,
     ) -> Result<(), GpuError> {
         marched.retries.clear(frame);

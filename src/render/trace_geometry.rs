@@ -6,7 +6,7 @@ use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::targets::Targets;
 use super::upload::SceneResources;
@@ -20,7 +20,7 @@ pub struct TraceGeometryPass {
 impl TraceGeometryPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, rays: Rc<RayScene>) -> Result<TraceGeometryPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, rays: Rc<RayScene>) -> Result<TraceGeometryPass, GpuError> {
         let words = rays.variant(&shaders::TRACE_GEOMETRY_COMP, &shaders::TRACE_GEOMETRY_RAY_QUERY_COMP).words();
         let pass = ComputePass::new(gpu, "trace_geometry", &words, &needs.of_hits())?;
         Ok(TraceGeometryPass { pass, rays })

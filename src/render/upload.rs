@@ -16,7 +16,7 @@ use super::shared::{InstanceData, LightData, MaterialData, TextureSlot, Vertex};
 
 /// Where a primitive lies in the buffers of all vertices and indices.
 #[derive(Debug, Clone, Copy)]
-pub struct Range {
+pub struct PrimitiveRange {
     pub first_vertex: u32,
     pub first_index: u32,
     pub index_count: u32,
@@ -36,7 +36,7 @@ pub struct SceneResources {
     pub vertices: Buffer,
     pub indices: Buffer,
     pub materials: Buffer,
-    pub ranges: Vec<Range>,
+    pub ranges: Vec<PrimitiveRange>,
     pub material_sets: MaterialSets,
     pub environment: EnvironmentMaps,
     // Kept alive because the descriptor sets refer to them.
@@ -132,10 +132,10 @@ pub fn slots(m: &Material) -> [Option<&TextureRef>; 4] {
 }
 
 /// The vertices and indices of all primitives, and where each primitive lies among them.
-pub fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<Range>) {
+pub fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>, Vec<PrimitiveRange>) {
     let (mut vertices, mut indices, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
     for p in &scene.primitives {
-        ranges.push(Range {
+        ranges.push(PrimitiveRange {
             first_vertex: vertices.len() as u32,
             first_index: indices.len() as u32,
             index_count: p.indices.len() as u32,
@@ -221,7 +221,7 @@ fn upload_equirect(gpu: &Rc<Gpu>, what: &str, map: &Equirect) -> Result<Image, G
 }
 
 /// The instances relative to `head`, which is subtracted in f64.
-pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[Range], head: DVec3) -> Vec<InstanceData> {
+pub fn instances(scene: &Scene, places: &[DAffine3], ranges: &[PrimitiveRange], head: DVec3) -> Vec<InstanceData> {
     let row = |m: &DMat3, t: DVec3, i: usize| {
         let r = m.row(i);
         [r.x as f32, r.y as f32, r.z as f32, t[i] as f32]
@@ -258,7 +258,7 @@ pub fn instance_buffer(
     gpu: &Rc<Gpu>,
     scene: &Scene,
     places: &[DAffine3],
-    ranges: &[Range],
+    ranges: &[PrimitiveRange],
     head: DVec3,
 ) -> Result<Buffer, GpuError> {
     let instances = instances(scene, places, ranges, head);

@@ -13,7 +13,7 @@ pub mod head_path;
 mod load;
 pub mod manifest;
 pub mod motion;
-mod shelf;
+mod scene_cache;
 pub mod survey;
 
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub use error::SceneError;
 pub use head_path::{HeadKey, HeadPath, HeadPathError, UnknownPath};
 pub use load::{ExtensionUse, Loading, Treatment, load, load_bytes, load_with};
 pub use motion::Motion;
-pub use shelf::Shelf;
+pub use scene_cache::SceneCache;
 
 /// A loaded scene. All references in it are resolved, and all hazards are repaired or refused.
 #[derive(Debug, Clone)]

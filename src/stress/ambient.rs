@@ -62,11 +62,11 @@ fn look(
     let ao = settings.ao.method.name();
     let shot = bench.render(&format!("{name} {ao}"), scene, "stereo", settings)?;
     let Some(seen) = &shot.ambient_visibility else {
-        worst.see(f64::INFINITY, format!("{name}, {ao}: there is no visibility"));
+        worst.include(f64::INFINITY, format!("{name}, {ao}: there is no visibility"));
         return Ok(());
     };
     let at = format!("{name}, {ao}, {}×{}", settings.width, settings.height);
-    seen.iter().flatten().for_each(|v| worst.see(of(*v), at.clone()));
+    seen.iter().flatten().for_each(|v| worst.include(of(*v), at.clone()));
     Ok(())
 }
 

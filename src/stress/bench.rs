@@ -1,5 +1,5 @@
 //! The bench that cases render on: it has the device and keeps the pictures of a case. Scenes and settings go in and a
-//! [`Shot`] comes out. The cases and sweeps call it; the command `stress` writes the pictures of those that fail.
+//! [`CasePicture`] comes out. The cases and sweeps call it; the command `stress` writes the pictures of those that fail.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::scene::{Scene, StereoCamera};
 
 /// One picture of a case. It is kept so that somebody can look at it if the case fails.
 #[derive(Debug)]
-pub struct Shot {
+pub struct CasePicture {
     /// What the picture shows, and the method.
     pub label: String,
     pub linear: StereoPicture,
@@ -33,7 +33,7 @@ pub struct Bench {
     gpu: Rc<Gpu>,
     /// The last scene with its renderer, so that several methods need only one upload.
     renderer: Option<(Arc<Scene>, Renderer)>,
-    shots: Vec<Rc<Shot>>,
+    shots: Vec<Rc<CasePicture>>,
 }
 
 impl Bench {
@@ -46,12 +46,12 @@ impl Bench {
     }
 
     /// The pictures since the last [`Bench::forget`].
-    pub fn shots(&self) -> &[Rc<Shot>] {
+    pub fn shots(&self) -> &[Rc<CasePicture>] {
         &self.shots
     }
 
     /// The first picture with a value that is not finite.
-    pub fn not_finite(&self) -> Option<Rc<Shot>> {
+    pub fn not_finite(&self) -> Option<Rc<CasePicture>> {
         self.shots.iter().find(|s| s.not_finite > 0).cloned()
     }
 
@@ -71,7 +71,7 @@ impl Bench {
         scene: &Arc<Scene>,
         method: &str,
         settings: &Settings,
-    ) -> Result<Rc<Shot>, RenderError> {
+    ) -> Result<Rc<CasePicture>, RenderError> {
         let camera = scene.views[0].stereo_camera(settings.aspect());
         self.render_from(label, scene, method, settings, &camera)
     }
@@ -87,7 +87,7 @@ impl Bench {
         method: &str,
         settings: &Settings,
         camera: &StereoCamera,
-    ) -> Result<Rc<Shot>, RenderError> {
+    ) -> Result<Rc<CasePicture>, RenderError> {
         let prepared = self.prepare(scene, method, settings, camera)?;
         let (counters, counted) = match prepared.frame(&mut |_, _| check_interrupted()) {
             Ok(report) => (report.counters, 0),
@@ -99,7 +99,7 @@ impl Bench {
         let ambient_visibility = prepared.ambient_visibility()?;
         let values = values.chain(ambient_visibility.iter().flatten().flatten());
         let read = values.filter(|v| !v.is_finite()).count() as u64;
-        let shot = Rc::new(Shot {
+        let shot = Rc::new(CasePicture {
             label: format!("{label} {method}"),
             linear,
             reflection,

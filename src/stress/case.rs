@@ -83,7 +83,7 @@ impl Worst {
     }
 
     /// Takes a value into account. NaN is worse than any number.
-    pub fn see(&mut self, value: f64, at: impl Into<String>) {
+    pub fn include(&mut self, value: f64, at: impl Into<String>) {
         let at = at.into();
         tracing::debug!("{value:.4} at {at}");
         let worse = if self.larger_is_worse { value > self.value } else { value < self.value };
@@ -171,15 +171,15 @@ mod tests {
         let mut worst = Worst::largest();
         assert!(worst.is_empty());
         for (value, at) in [(1.0, "a"), (3.0, "b"), (2.0, "c")] {
-            worst.see(value, at);
+            worst.include(value, at);
         }
         assert_eq!((worst.value, worst.at.as_str(), worst.is_empty()), (3.0, "b", false));
-        worst.see(f64::NAN, "d");
-        worst.see(9.0, "e");
+        worst.include(f64::NAN, "d");
+        worst.include(9.0, "e");
         assert!(worst.value.is_nan() && worst.at == "d");
         let mut least = Worst::smallest();
-        least.see(1.0, "a");
-        least.see(2.0, "b");
+        least.include(1.0, "a");
+        least.include(2.0, "b");
         assert_eq!(least.at, "a");
     }
 }

@@ -89,7 +89,7 @@ fn one_place(bench: &mut Bench) -> Result<Worst, RenderError> {
         for method in ALL {
             let shot = bench.render(&format!("r={roughness}"), &hall, method, &shared(0.1))?;
             let [left, right] = &shot.linear.eyes;
-            worst.see(unequal(left, right), format!("roughness {roughness}, {method}"));
+            worst.include(unequal(left, right), format!("roughness {roughness}, {method}"));
         }
     }
     Ok(worst)
@@ -103,7 +103,7 @@ fn baseline(bench: &mut Bench) -> Result<Worst, RenderError> {
         let a = bench.render(&label, &hall, "sssr", &shared(0.1))?;
         let b = bench.render(&label, &hall, "stereo-no-reprojection", &shared(0.1))?;
         let pixels = a.linear.eyes[0].len() as f64;
-        worst.see(100.0 * unequal(&a.linear.eyes[0], &b.linear.eyes[0]) / pixels, format!("roughness {roughness}"));
+        worst.include(100.0 * unequal(&a.linear.eyes[0], &b.linear.eyes[0]) / pixels, format!("roughness {roughness}"));
     }
     Ok(worst)
 }
@@ -126,7 +126,7 @@ fn seeds(bench: &mut Bench) -> Result<Worst, RenderError> {
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        worst.see(mean.abs() / (variance / n).sqrt(), method);
+        worst.include(mean.abs() / (variance / n).sqrt(), method);
     }
     Ok(worst)
 }
@@ -145,7 +145,7 @@ fn exchanged(bench: &mut Bench) -> Result<Worst, RenderError> {
             let b = bench.render_from("exchanged", &scene, method, &settings, &swapped)?;
             for eye in 0..2 {
                 let pixels = unequal(&a.linear.eyes[eye], &b.linear.eyes[1 - eye]);
-                worst.see(pixels, format!("turned by {cant_rad}, roughness {roughness}, {method}"));
+                worst.include(pixels, format!("turned by {cant_rad}, roughness {roughness}, {method}"));
             }
         }
     }
@@ -164,7 +164,7 @@ fn canted(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for method in ["sssr@16", "stereo@16"] {
         let shot = bench.render_from("canted", &scene, method, &settings, &camera)?;
-        worst.see(relative_squared_error(&shot.reflection, &reference.reflection), method);
+        worst.include(relative_squared_error(&shot.reflection, &reference.reflection), method);
     }
     Ok(worst)
 }
@@ -179,6 +179,6 @@ fn far_apart(bench: &mut Bench) -> Result<Worst, RenderError> {
     };
     let (baseline, stereo) = (error("sssr@4")?, error("stereo@4")?);
     let mut worst = Worst::largest();
-    worst.see(stereo / baseline, format!("stereo {stereo:.4}, sssr {baseline:.4}"));
+    worst.include(stereo / baseline, format!("stereo {stereo:.4}, sssr {baseline:.4}"));
     Ok(worst)
 }

@@ -88,7 +88,7 @@ fn every_method(bench: &mut Bench, label: &str, scene: Scene, worst: &mut Worst)
     let scene = Arc::new(scene);
     for method in METHODS {
         let shot = bench.render(label, &scene, method, &settings(48, 32))?;
-        worst.see(most(&shot.linear), format!("{label}, {method}"));
+        worst.include(most(&shot.linear), format!("{label}, {method}"));
     }
     Ok(())
 }
@@ -151,7 +151,7 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
         let shot = bench.render("shadows", &floor, "sssr", &settings(96, 64))?;
         let differences = shot.linear.eyes.iter().flatten().zip(lit.linear.eyes.iter().flatten());
         let largest = differences.map(|(a, b)| f64::from((a[0] - b[0]).abs())).fold(0.0, f64::max);
-        worst.see(largest / most(&lit.linear).max(1e-9), format!("{degrees} degrees"));
+        worst.include(largest / most(&lit.linear).max(1e-9), format!("{degrees} degrees"));
     }
     Ok(worst)
 }
@@ -164,7 +164,7 @@ fn many(bench: &mut Bench) -> Result<Worst, RenderError> {
     for method in METHODS {
         let a = bench.render("one light", &one, method, &settings(48, 32))?;
         let b = bench.render("64 lights", &many, method, &settings(48, 32))?;
-        worst.see((mean(&b.linear) / mean(&a.linear) - 1.0).abs(), method);
+        worst.include((mean(&b.linear) / mean(&a.linear) - 1.0).abs(), method);
     }
     Ok(worst)
 }
@@ -187,7 +187,7 @@ fn sizes(bench: &mut Bench) -> Result<Worst, RenderError> {
             for (d, l) in difference.eyes.iter_mut().flatten().zip(lit.linear.eyes.iter().flatten()) {
                 *d = [0, 1, 2].map(|c| d[c] - l[c]);
             }
-            worst.see(farthest_from(&difference, 0.0), format!("{label}, {method}"));
+            worst.include(farthest_from(&difference, 0.0), format!("{label}, {method}"));
         }
     }
     Ok(worst)

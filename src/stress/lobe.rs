@@ -99,7 +99,7 @@ fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
             let floor = tilted(roughness, nv);
             for method in ["sssr", "path-traced@1"] {
                 let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, method, &white(16, 16))?;
-                worst.see(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, n·v {nv}, {method}"));
+                worst.include(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, n·v {nv}, {method}"));
             }
         }
     }
@@ -113,7 +113,7 @@ fn mirror_ball(bench: &mut Bench) -> Result<Worst, RenderError> {
         let shot = bench.render("ball", &ball, method, &white(96, 96))?;
         let off = |t: &&[f32; 3]| t.iter().any(|v| (v - 1.0).abs() > 2e-3);
         let count = shot.linear.eyes.iter().flatten().filter(off).count();
-        worst.see(100.0 * count as f64 / (2.0 * 96.0 * 96.0), method);
+        worst.include(100.0 * count as f64 / (2.0 * 96.0 * 96.0), method);
     }
     Ok(worst)
 }
@@ -125,7 +125,7 @@ fn gain(bench: &mut Bench) -> Result<Worst, RenderError> {
         let ball = Arc::new(furnace(roughness));
         for method in ["sssr", "stereo", "path-traced@16"] {
             let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(33, 33))?;
-            worst.see(most(&shot.reflection), format!("roughness {roughness}, {method}"));
+            worst.include(most(&shot.reflection), format!("roughness {roughness}, {method}"));
         }
     }
     Ok(worst)
@@ -150,7 +150,10 @@ fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
             let expected = albedo(nv.min(0.9999), f64::from(roughness));
             let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, "path-traced@64", &white(16, 16))?;
             let off = (mean(&shot.reflection) / expected - 1.0).abs();
-            worst.see(off, format!("roughness {roughness}, n·v {nv}: {:.4} and {expected:.4}", mean(&shot.reflection)));
+            worst.include(
+                off,
+                format!("roughness {roughness}, n·v {nv}: {:.4} and {expected:.4}", mean(&shot.reflection)),
+            );
         }
     }
     Ok(worst)
@@ -166,7 +169,7 @@ fn loss(bench: &mut Bench) -> Result<Worst, RenderError> {
                 "path-traced@16",
                 &white(16, 16),
             )?;
-            worst.see(mean(&shot.linear), format!("roughness {roughness}, n·v {nv}"));
+            worst.include(mean(&shot.linear), format!("roughness {roughness}, n·v {nv}"));
         }
     }
     Ok(worst)

@@ -83,19 +83,19 @@ fn mended(bench: &mut Bench, harm: impl Fn(&mut Square)) -> Result<Worst, Render
     let (whole, mended) = match (Square::new(0.3).load(view()), harmed.load(view())) {
         (Ok(whole), Ok(mended)) => (whole, mended),
         (Err(error), _) | (_, Err(error)) => {
-            worst.see(f64::INFINITY, format!("refused: {error}"));
+            worst.include(f64::INFINITY, format!("refused: {error}"));
             return Ok(worst);
         }
     };
     if !mended.repairs.iter().any(|r| r.contains(MESH)) {
-        worst.see(f64::INFINITY, format!("the loader does not name the mesh: {:?}", mended.repairs));
+        worst.include(f64::INFINITY, format!("the loader does not name the mesh: {:?}", mended.repairs));
     }
     let (whole, mended) = (Arc::new(whole), Arc::new(mended));
     for method in METHODS {
         let a = bench.render("whole", &whole, method, &settings(33, 17))?;
         let b = bench.render("mended", &mended, method, &settings(33, 17))?;
         for eye in 0..2 {
-            worst.see(unequal(&a.linear.eyes[eye], &b.linear.eyes[eye]), method);
+            worst.include(unequal(&a.linear.eyes[eye], &b.linear.eyes[eye]), method);
         }
     }
     Ok(worst)
@@ -106,10 +106,10 @@ fn zero_tangents(bench: &mut Bench) -> Result<Worst, RenderError> {
     let square = Square { tangents, normal_map: [128, 128, 255, 255].repeat(4), ..Square::new(0.0) };
     let mut worst = Worst::largest();
     match square.load(view()) {
-        Err(error) => worst.see(f64::INFINITY, error.to_string()),
+        Err(error) => worst.include(f64::INFINITY, error.to_string()),
         Ok(scene) => {
             if !scene.repairs.iter().any(|r| r.contains(MESH) && r.contains("tangents")) {
-                worst.see(f64::INFINITY, format!("the loader does not name the mesh: {:?}", scene.repairs));
+                worst.include(f64::INFINITY, format!("the loader does not name the mesh: {:?}", scene.repairs));
             }
             each_method(bench, scene, &mut worst, |shot| farthest_from(&shot.linear, 1.0))?;
         }
@@ -124,7 +124,7 @@ fn turned_normal_map(bench: &mut Bench) -> Result<Worst, RenderError> {
     for roughness in [0.0, 0.1, 0.6] {
         let square = Square { normal_map: maps.concat(), ..Square::new(roughness) };
         match square.load(look(DVec3::new(0.1, 0.02, 0.9), DVec3::ZERO)) {
-            Err(error) => worst.see(f64::INFINITY, error.to_string()),
+            Err(error) => worst.include(f64::INFINITY, error.to_string()),
             Ok(scene) => each_method(bench, scene, &mut worst, |shot| most(&shot.linear))?,
         }
     }
@@ -135,20 +135,20 @@ fn each_method(
     bench: &mut Bench,
     scene: Scene,
     worst: &mut Worst,
-    measure: impl Fn(&super::Shot) -> f64,
+    measure: impl Fn(&super::CasePicture) -> f64,
 ) -> Result<(), RenderError> {
     let scene = Arc::new(scene);
     for method in ["sssr", "stereo", "path-traced@64"] {
         let settings = Settings { fallback: Some(Fallback::Environment), ..settings(33, 17) };
         let shot = bench.render("square", &scene, method, &settings)?;
-        worst.see(measure(&shot), method);
+        worst.include(measure(&shot), method);
     }
     Ok(())
 }
 
 fn bad_positions(_: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
-    worst.see(0.0, "all were refused");
+    worst.include(0.0, "all were refused");
     let mut bad = 0.0;
     for (what, harm) in [
         ("NaN", (|s: &mut Square| s.positions[3] = Vec3::NAN) as fn(&mut Square)),
@@ -160,7 +160,7 @@ fn bad_positions(_: &mut Bench) -> Result<Worst, RenderError> {
         let refused = square.load(view()).err().is_some_and(|error| error.to_string().contains(MESH));
         if !refused {
             bad += 1.0;
-            worst.see(bad, what);
+            worst.include(bad, what);
         }
     }
     Ok(worst)

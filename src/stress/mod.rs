@@ -2,7 +2,7 @@
 //! and its bound. Sweeps show how errors grow towards the extremes.
 //!
 //! Cases are data ([`Case`]), with one file for each family. `cyclopean stress` runs them on a device, and an
-//! [`Outcome`] or an [`Along`] comes out of each. docs/stress.md describes them. The tests of the renderer use the
+//! [`Outcome`] or an [`SweepResult`] comes out of each. docs/stress.md describes them. The tests of the renderer use the
 //! [`shapes`] too.
 
 mod ambient;
@@ -23,10 +23,10 @@ mod sizes;
 mod sweep;
 mod time;
 
-pub use bench::{Bench, Shot};
+pub use bench::{Bench, CasePicture};
 pub use case::{Bound, Case, Outcome, Worst, run};
 pub use lobe::albedo;
-pub use sweep::{Along, Row, SWEEPS, Sweep, run as run_sweep};
+pub use sweep::{Row, SWEEPS, Sweep, SweepResult, run as run_sweep};
 
 /// All cases, family after family.
 pub fn cases() -> impl Iterator<Item = &'static Case> {

@@ -73,7 +73,7 @@ fn overflow(bench: &mut Bench) -> Result<Worst, RenderError> {
         for method in METHODS {
             let white = Settings { fallback: Some(Fallback::Environment), ..settings(48, 32) };
             let shot = bench.render(&label, &scene, method, &white)?;
-            worst.see(most(&shot.linear), format!("{label}, {method}"));
+            worst.include(most(&shot.linear), format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -84,7 +84,7 @@ fn counted(bench: &mut Bench) -> Result<Worst, RenderError> {
     for (label, scene) in too_bright() {
         for method in METHODS {
             let shot = bench.render(&label, &scene, method, &settings(48, 32))?;
-            worst.see(shot.counters.clamped as f64, format!("{label}, {method}"));
+            worst.include(shot.counters.clamped as f64, format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -103,7 +103,7 @@ fn dim(bench: &mut Bench) -> Result<Worst, RenderError> {
         let b = bench.render("dim", &dim, method, &unbounded)?;
         let mut again = b.linear.clone();
         again.eyes.iter_mut().flatten().flatten().for_each(|v| *v *= 1e3);
-        worst.see(differing_percent(&a.linear, &again, 0.02), method);
+        worst.include(differing_percent(&a.linear, &again, 0.02), method);
     }
     Ok(worst)
 }
@@ -122,7 +122,7 @@ fn stiff(bench: &mut Bench) -> Result<Worst, RenderError> {
         // the arithmetic.
         let unbounded = Settings { firefly: Some(Firefly::None), ..settings(96, 64) };
         let shot = bench.render("stiff", &contrast, method, &unbounded)?;
-        worst.see(relative_bias(&shot.reflection, &reference.reflection).abs(), method);
+        worst.include(relative_bias(&shot.reflection, &reference.reflection).abs(), method);
     }
     Ok(worst)
 }

@@ -8,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use crate::render::{RenderError, Settings};
 use crate::scene::{Fallback, Scene, View};
 
-use super::bench::{Bench, Shot};
+use super::bench::{Bench, CasePicture};
 use super::case::{Bound, Case, Worst};
 use super::measure::{differing_percent, most};
 use super::shapes::{glowing, look, material, place, plane, scene, settings, upright};
@@ -93,7 +93,7 @@ fn self_hits(bench: &mut Bench, methods: &[&str]) -> Result<Worst, RenderError> 
                 let shot = bench.render(&label, &floor, method, &settings(65, 33))?;
                 let c = shot.counters;
                 let hits = 100.0 * (c.hits + c.behind + c.back_facing) as f64 / c.rays as f64;
-                worst.see(hits, format!("{label}, {method}: {} rays", c.rays));
+                worst.include(hits, format!("{label}, {method}: {} rays", c.rays));
             }
         }
     }
@@ -109,7 +109,7 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
                 let white = Settings { fallback: Some(Fallback::Environment), ..settings(33, 17) };
                 let label = format!("{degrees}° r={roughness}");
                 let shot = bench.render(&label, &floor, method, &white)?;
-                worst.see(most(&shot.linear), format!("{label}, {method}"));
+                worst.include(most(&shot.linear), format!("{label}, {method}"));
             }
         }
     }
@@ -139,7 +139,7 @@ fn along_screen_axes(bench: &mut Bench) -> Result<Worst, RenderError> {
         let reference = bench.render(name, &corner, "path-traced@1", &settings(97, 97))?;
         for method in ["sssr", "stereo", "sssr-thickness"] {
             let shot = bench.render(name, &corner, method, &settings(97, 97))?;
-            worst.see(differing_percent(&shot.linear, &reference.linear, 0.02), format!("{name}, {method}"));
+            worst.include(differing_percent(&shot.linear, &reference.linear, 0.02), format!("{name}, {method}"));
         }
     }
     Ok(worst)
@@ -157,7 +157,7 @@ fn along_view_axis(bench: &mut Bench) -> Result<Worst, RenderError> {
             let shot = bench.render(&label, &held, method, &settings(65, 65))?;
             let c = shot.counters;
             let answered = 100.0 * (c.hits + c.sky) as f64 / c.rays as f64;
-            worst.see(answered, format!("{label}, {method}: {} rays", c.rays));
+            worst.include(answered, format!("{label}, {method}: {} rays", c.rays));
         }
     }
     Ok(worst)
@@ -184,14 +184,14 @@ fn through_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
         let reference = bench.render("floor", &floor, "path-traced@1", &settings(97, 65))?;
         for method in ["sssr", "stereo", "sssr-thickness"] {
             let shot = bench.render("floor", &floor, method, &settings(97, 65))?;
-            worst.see(differing_percent(&known(&shot, &reference), &reference.linear, 0.02), method);
+            worst.include(differing_percent(&known(&shot, &reference), &reference.linear, 0.02), method);
         }
     }
     Ok(worst)
 }
 
 /// The picture, with the reference's pixels where the reflection is unknown.
-fn known(shot: &Shot, reference: &Shot) -> crate::picture::StereoPicture {
+fn known(shot: &CasePicture, reference: &CasePicture) -> crate::picture::StereoPicture {
     let mut out = shot.linear.clone();
     for eye in 0..2 {
         for (i, texel) in out.eyes[eye].iter_mut().enumerate() {
@@ -215,7 +215,7 @@ fn cut_by_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
             let shot = bench.render(&label, &cut, method, &white)?;
             let mut flat = shot.linear.clone();
             flat.eyes.iter_mut().flatten().for_each(|t| *t = [1.0; 3]);
-            worst.see(differing_percent(&shot.linear, &flat, 2e-3), format!("{label}, {method}"));
+            worst.include(differing_percent(&shot.linear, &flat, 2e-3), format!("{label}, {method}"));
         }
     }
     Ok(worst)

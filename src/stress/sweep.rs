@@ -1,5 +1,5 @@
 //! Sweeps: how errors grow towards the extremes of one parameter, while everything else stays. A [`Sweep`] goes into
-//! [`run`] and an [`Along`] comes out. The command `stress` calls it.
+//! [`run`] and an [`SweepResult`] comes out. The command `stress` calls it.
 
 use std::sync::Arc;
 
@@ -104,7 +104,7 @@ pub struct Row {
 
 /// The results of a sweep.
 #[derive(Debug, Clone, serde::Serialize)]
-pub struct Along {
+pub struct SweepResult {
     pub name: &'static str,
     pub about: &'static str,
     pub unit: &'static str,
@@ -121,7 +121,7 @@ pub struct Along {
 ///
 /// # Errors
 /// When a Vulkan call fails, or on Ctrl-C.
-pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<Along, RenderError> {
+pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<SweepResult, RenderError> {
     bench.forget();
     let mut rows = Vec::new();
     for &value in sweep.values {
@@ -145,7 +145,7 @@ pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<Along, RenderError> {
     let worst = |of: fn(&Row) -> f64| rows.iter().map(of).fold(0.0f64, |a, b| if a.is_nan() || a > b { a } else { b });
     let (worst_error, worst_bias) = (worst(|r| r.relative_squared_error), worst(|r| r.relative_bias.abs()));
     let passed = sweep.bound.holds(worst_error) && bench.not_finite().is_none();
-    Ok(Along {
+    Ok(SweepResult {
         name: sweep.name,
         about: sweep.about,
         unit: sweep.unit,

@@ -108,7 +108,7 @@ fn first_frame(bench: &mut Bench) -> Result<Worst, RenderError> {
             prepared.forget();
             frame(&mut prepared, &view, 0.0, 0)?;
             let percent = differing_percent(&prepared.linear()?, &expected, ROUNDING);
-            worst.see(percent, format!("{what}, {with}"));
+            worst.include(percent, format!("{what}, {with}"));
             frame(&mut prepared, &view, 0.0, 1)?;
         }
         // A view of another size begins without a history.
@@ -119,7 +119,7 @@ fn first_frame(bench: &mut Bench) -> Result<Worst, RenderError> {
             view.frame(&mut |_, _| check_interrupted())?;
         }
         let percent = differing_percent(&prepared.linear()?, &plain.linear()?, ROUNDING);
-        worst.see(percent, format!("another size, {with}"));
+        worst.include(percent, format!("another size, {with}"));
     }
     Ok(worst)
 }
@@ -140,7 +140,7 @@ fn teleport(bench: &mut Bench) -> Result<Worst, RenderError> {
                 Ok(relative_squared_error(&after(bench, &scene, method, frames)?, &truth))
             };
             let (with, without) = (error(&[past.clone(), then.clone()].concat())?, error(&then)?);
-            worst.see(with / without, format!("{what}, {method}: {with:.4} instead of {without:.4}"));
+            worst.include(with / without, format!("{what}, {method}: {with:.4} instead of {without:.4}"));
         }
     }
     Ok(worst)
@@ -174,7 +174,7 @@ fn moving_light(bench: &mut Bench) -> Result<Worst, RenderError> {
                 Ok(relative_squared_error(&after(bench, &scene, method, &frames)?, &truth))
             };
             let (kept, plain) = (error(with)?, error(without)?);
-            worst.see(kept / plain, format!("{what}, {with}: {kept:.4}, without history {plain:.4}"));
+            worst.include(kept / plain, format!("{what}, {with}: {kept:.4}, without history {plain:.4}"));
         }
     }
     Ok(worst)
@@ -201,6 +201,6 @@ fn endless(bench: &mut Bench) -> Result<Worst, RenderError> {
         Ok(relative_squared_error(&prepared.reflection()?, &truth))
     };
     let (with, without) = (error(MOVING)?, error(0)?);
-    worst.see(with / without, format!("{with:.5} after {MOVING} frames, {without:.5} at rest alone"));
+    worst.include(with / without, format!("{with:.5} after {MOVING} frames, {without:.5} at rest alone"));
     Ok(worst)
 }

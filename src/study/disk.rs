@@ -13,12 +13,12 @@ use cyclopean_analysis::files::sync_directory;
 #[derive(Debug, Clone, Default)]
 pub struct Disk {
     /// None: no step is made to fail.
-    end: Option<Arc<End>>,
+    end: Option<Arc<InjectedFailure>>,
 }
 
 /// The failure that a test asks for.
 #[derive(Debug)]
-struct End {
+struct InjectedFailure {
     /// Number of steps that still succeed.
     left: AtomicI64,
     /// Length of each file (by its inode) when it was last synced: this is what a power loss keeps.
@@ -34,7 +34,7 @@ impl Disk {
     /// A file system on which step number `steps` (from 0) is done in part and then fails, and no later step is done.
     pub fn failing_after(steps: u64) -> Disk {
         let left = AtomicI64::new(i64::try_from(steps).unwrap_or(i64::MAX));
-        Disk { end: Some(Arc::new(End { left, synced: Mutex::default() })) }
+        Disk { end: Some(Arc::new(InjectedFailure { left, synced: Mutex::default() })) }
     }
 
     /// Whether the failing step was reached.

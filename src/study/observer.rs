@@ -12,7 +12,7 @@ use super::stimulus::split_method;
 
 /// Sees each new screen once. Answers with inputs, each with its nanoseconds after the one before.
 pub trait Observer {
-    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)>;
+    fn respond(&mut self, screen: &Screen) -> Vec<(u64, Input)>;
 }
 
 /// A study does not say how a simulated observer judges.
@@ -145,7 +145,7 @@ impl SimulatedObserver {
 const SECOND_NS: u64 = 1_000_000_000;
 
 impl Observer for SimulatedObserver {
-    fn see(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
+    fn respond(&mut self, screen: &Screen) -> Vec<(u64, Input)> {
         match screen {
             Screen::Page(_) => vec![(SECOND_NS, Input::Continue)],
             Screen::Item(at) => {

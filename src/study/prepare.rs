@@ -12,7 +12,7 @@ pub use crate::shard::Shard;
 
 /// What the store holds for one stimulus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Found {
+pub enum StimulusState {
     /// Whole; nothing to do.
     Whole,
     /// Never rendered, or the scene, shaders or settings have changed.
@@ -42,7 +42,7 @@ pub fn prepare(
     store: &Store,
     renderer: &mut dyn StimulusRenderer,
     shard: Shard,
-    progress: &mut dyn FnMut(&StimulusRequest, Found) -> anyhow::Result<()>,
+    progress: &mut dyn FnMut(&StimulusRequest, StimulusState) -> anyhow::Result<()>,
 ) -> anyhow::Result<Report> {
     let mut report = Report::default();
     if shard == Shard::WHOLE {
@@ -51,7 +51,7 @@ pub fn prepare(
     for request in requests(definition, shard) {
         let (key, found) = look(store, renderer, &request)?;
         progress(&request, found)?;
-        if found != Found::Whole {
+        if found != StimulusState::Whole {
             store.render(renderer, &request, &key)?;
         }
         store.point(&request, &key)?;
@@ -80,11 +80,11 @@ pub fn survey(
     for request in requests(definition, shard) {
         let (key, found) = look(store, renderer, &request)?;
         match (found, store.seconds(&key)) {
-            (Found::Whole, Some(seconds)) => {
+            (StimulusState::Whole, Some(seconds)) => {
                 let entry = took.entry(like(&request)).or_default();
                 *entry = (entry.0 + seconds, entry.1 + 1);
             }
-            (Found::Whole, None) => {}
+            (StimulusState::Whole, None) => {}
             _ => needed.push(like(&request)),
         }
         report.count(&request, found);
@@ -99,22 +99,26 @@ pub fn requests(definition: &Definition, shard: Shard) -> Vec<StimulusRequest> {
     shard.of(Plan::all_stimuli(definition)).collect()
 }
 
-fn look(store: &Store, renderer: &dyn StimulusRenderer, request: &StimulusRequest) -> anyhow::Result<(String, Found)> {
+fn look(
+    store: &Store,
+    renderer: &dyn StimulusRenderer,
+    request: &StimulusRequest,
+) -> anyhow::Result<(String, StimulusState)> {
     let key = renderer.identity(request).map_err(|error| StoreError::Render { label: request.label(), error })?;
     match store.check(&key) {
-        Ok(Some(_)) => Ok((key, Found::Whole)),
-        Ok(None) => Ok((key, Found::Missing)),
-        Err(StoreError::Damaged { .. }) => Ok((key, Found::Damaged)),
+        Ok(Some(_)) => Ok((key, StimulusState::Whole)),
+        Ok(None) => Ok((key, StimulusState::Missing)),
+        Err(StoreError::Damaged { .. }) => Ok((key, StimulusState::Damaged)),
         Err(error) => Err(error.into()),
     }
 }
 
 impl Report {
-    fn count(&mut self, request: &StimulusRequest, found: Found) {
+    fn count(&mut self, request: &StimulusRequest, found: StimulusState) {
         match found {
-            Found::Whole => &mut self.whole,
-            Found::Missing => &mut self.missing,
-            Found::Damaged => &mut self.damaged,
+            StimulusState::Whole => &mut self.whole,
+            StimulusState::Missing => &mut self.missing,
+            StimulusState::Damaged => &mut self.damaged,
         }
         .push(request.label());
     }

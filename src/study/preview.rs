@@ -16,7 +16,7 @@ pub struct Preview {
     pub conditions: Vec<Condition>,
     pub row: u64,
     /// Indices into `conditions`, in the order of the row, with what each presentation is for.
-    pub order: Vec<Shown>,
+    pub order: Vec<PreviewedPresentation>,
     /// Length of presentations, blanks and answers, without pages and breaks.
     pub minutes: f64,
     pub stimuli: usize,
@@ -26,7 +26,7 @@ pub struct Preview {
 }
 
 #[derive(Debug, Clone, Serialize)]
-pub struct Shown {
+pub struct PreviewedPresentation {
     pub condition: u32,
     pub purpose: Purpose,
     pub a_is: Option<Side>,
@@ -38,7 +38,7 @@ const ANSWER_SECONDS: f64 = 4.0;
 impl Preview {
     pub fn new(definition: &Definition, store: &Store, row: u64) -> Preview {
         let plan = Plan::draw(definition, row);
-        let shown = |p: &cyclopean_analysis::journal::record::Planned| Shown {
+        let shown = |p: &cyclopean_analysis::journal::record::Planned| PreviewedPresentation {
             condition: p.condition,
             purpose: p.purpose,
             a_is: p.a_is,
@@ -65,7 +65,7 @@ impl Preview {
             let factors: Vec<String> = condition.factors.iter().map(|(k, v)| format!("{k} {v}")).collect();
             out.push(format!("  {:>3}  {}", condition.id, factors.join(", ")));
         }
-        let word = |s: &Shown| match s.purpose {
+        let word = |s: &PreviewedPresentation| match s.purpose {
             Purpose::Practice => format!("({})", s.condition),
             Purpose::Trial => s.condition.to_string(),
             Purpose::Catch => format!("[{}]", s.condition),

@@ -12,7 +12,7 @@ use super::writer::{WriterError, lock, set_aside};
 
 /// What was found and done.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Recovered {
+pub struct Recovery {
     pub journal: PathBuf,
     /// Lines that stay.
     pub whole_lines: u64,
@@ -24,7 +24,7 @@ pub struct Recovered {
     pub why: Option<String>,
 }
 
-impl Recovered {
+impl Recovery {
     /// The result for people, line by line.
     pub fn lines(&self) -> Vec<String> {
         let name = self.journal.display();
@@ -45,7 +45,7 @@ impl Recovered {
 ///
 /// # Errors
 /// It is no journal, it is in use, or the folder cannot be written; nothing is cut then.
-pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
+pub fn recover(disk: &Disk, path: &Path) -> Result<Recovery, WriterError> {
     let io = |source| WriterError::Io { what: "repair", path: path.to_owned(), source };
     let file = files::open_with(OpenOptions::new().read(true).append(true), path).map_err(io)?;
     lock(&file, path)?;
@@ -61,7 +61,7 @@ pub fn recover(disk: &Disk, path: &Path) -> Result<Recovered, WriterError> {
             Err(error) => why = Some(error.to_string()),
         }
     }
-    let mut found = Recovered { journal: path.to_owned(), whole_lines, cut_bytes: 0, whole_lines_cut: 0, why };
+    let mut found = Recovery { journal: path.to_owned(), whole_lines, cut_bytes: 0, whole_lines_cut: 0, why };
     if found.why.is_some() {
         let keep = reader.good_bytes();
         let bytes = files::read(path, MOST_DATA).map_err(io)?;

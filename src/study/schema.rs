@@ -16,17 +16,17 @@ pub fn generate() -> Value {
 /// Checks a value's form: keys, types, ranges, names of choices. Without problems it can be deserialised.
 pub fn check(value: &Value) -> Vec<Problem> {
     static SCHEMA: LazyLock<Value> = LazyLock::new(generate);
-    let mut walk = Walk { root: &SCHEMA, problems: Vec::new() };
+    let mut walk = SchemaWalk { root: &SCHEMA, problems: Vec::new() };
     walk.visit(&SCHEMA, value, "");
     walk.problems
 }
 
-struct Walk<'a> {
+struct SchemaWalk<'a> {
     root: &'a Value,
     problems: Vec<Problem>,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> SchemaWalk<'a> {
     fn say(&mut self, path: &str, what: String) {
         self.problems.push(Problem { path: path.to_owned(), what });
     }

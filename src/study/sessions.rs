@@ -75,7 +75,7 @@ pub enum SessionsError {
 
 /// Where a session is kept, and its row.
 #[derive(Debug)]
-pub struct Place {
+pub struct SessionPlace {
     pub participant: String,
     pub session: String,
     pub row: u64,
@@ -192,7 +192,7 @@ impl Sessions {
         participant: &str,
         kind: Kind,
         durability: Durability,
-    ) -> Result<(Place, JournalWriter), SessionsError> {
+    ) -> Result<(SessionPlace, JournalWriter), SessionsError> {
         if !super::validate::is_participant_id(participant) {
             return Err(SessionsError::ParticipantId(participant.to_owned()));
         }
@@ -237,14 +237,14 @@ impl Sessions {
         let journal = self.journal_path(participant, &session);
         self.disk.create_folder(&self.folder.join(participant)).map_err(self.io())?;
         let writer = JournalWriter::create(self.disk.clone(), &journal, kind, durability)?;
-        Ok((Place { participant: participant.to_owned(), session, row, journal }, writer))
+        Ok((SessionPlace { participant: participant.to_owned(), session, row, journal }, writer))
     }
 
     /// The unfinished session of a participant.
     ///
     /// # Errors
     /// There is none.
-    pub fn unfinished(&self, participant: &str) -> Result<Place, SessionsError> {
+    pub fn unfinished(&self, participant: &str) -> Result<SessionPlace, SessionsError> {
         let rows = self.read_rows()?;
         let of = |r: &&Reservation| r.participant.as_deref() == Some(participant) && r.state == RowState::Reserved;
         rows.rows
@@ -254,7 +254,12 @@ impl Sessions {
             .and_then(|r| {
                 let session = r.session.clone()?;
                 let journal = self.journal_path(participant, &session);
-                journal.exists().then(|| Place { participant: participant.to_owned(), session, row: r.row, journal })
+                journal.exists().then(|| SessionPlace {
+                    participant: participant.to_owned(),
+                    session,
+                    row: r.row,
+                    journal,
+                })
             })
             .ok_or_else(|| SessionsError::NothingToResume {
                 participant: participant.to_owned(),

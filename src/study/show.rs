@@ -15,7 +15,7 @@ use super::writer::WriterError;
 
 /// A journal, with everything that determines its stimuli.
 #[derive(Debug)]
-pub struct Seen {
+pub struct RecordedSession {
     pub header: Box<Header>,
     /// The stimuli as the journal records them, each with the request that it was rendered by.
     pub stimuli: Vec<(Stimulus, StimulusRequest)>,
@@ -40,12 +40,12 @@ pub enum ShowError {
     NoPresentation { journal: PathBuf, asked: u32, of: usize },
 }
 
-impl Seen {
+impl RecordedSession {
     /// Reads a journal whose order is proven to follow from its study and row.
     ///
     /// # Errors
     /// It cannot be read, is not whole up to its first trial, or its stimuli are not those of its study.
-    pub fn read(journal: &Path) -> Result<Seen, ShowError> {
+    pub fn read(journal: &Path) -> Result<RecordedSession, ShowError> {
         prove_order(journal)?;
         let damaged = |e: JournalError| SessionError::Writer(WriterError::Journal(e));
         let wrong = |what: &str| ShowError::Journal { journal: journal.to_owned(), what: what.to_owned() };
@@ -73,7 +73,7 @@ impl Seen {
             ));
         }
         let stimuli = stimuli.into_iter().zip(requests).collect();
-        Ok(Seen { header, stimuli, planned, presentations, entries })
+        Ok(RecordedSession { header, stimuli, planned, presentations, entries })
     }
 
     /// The stimuli of a presentation, each with its role and its index: one stimulus; A and B; or reference, A and B.
@@ -97,7 +97,7 @@ impl Seen {
 
 /// A stimulus rendered again.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Again {
+pub struct RenderedAgain {
     /// The folder of its files.
     pub folder: PathBuf,
     /// Whether this renderer gives it the address that the journal has: the same scene, shaders, settings and kind of
@@ -111,16 +111,16 @@ pub struct Again {
 ///
 /// # Errors
 /// The renderer failed, or the folder cannot be written.
-pub fn again(
+pub fn render_again(
     renderer: &mut dyn StimulusRenderer,
     (stimulus, request): &(Stimulus, StimulusRequest),
     folder: &Path,
-) -> anyhow::Result<Again> {
+) -> anyhow::Result<RenderedAgain> {
     let same_key = renderer.identity(request)? == stimulus.key;
     std::fs::create_dir_all(folder)?;
     renderer.render(request, folder)?;
     let differs = |(name, sum): &(&String, &String)| file_sha256(&folder.join(name)).ok().as_ref() != Some(*sum);
     let files: &BTreeMap<String, String> = &stimulus.files;
     let differing = files.iter().filter(differs).map(|(name, _)| name.clone()).collect();
-    Ok(Again { folder: folder.to_owned(), same_key, differing })
+    Ok(RenderedAgain { folder: folder.to_owned(), same_key, differing })
 }

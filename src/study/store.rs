@@ -45,12 +45,12 @@ struct Alias {
 
 /// A stimulus in the store whose files were checked against their sums.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stored {
+pub struct StoredStimulus {
     pub folder: PathBuf,
     pub side_car: SideCar,
 }
 
-impl Stored {
+impl StoredStimulus {
     /// Its pictures in the order of their display: one of a still, one for each frame of a moving stimulus.
     pub fn frame_paths(&self) -> Vec<PathBuf> {
         let frames = self.side_car.info.film.map_or(1, |film| film.frames);
@@ -108,7 +108,7 @@ impl Store {
     ///
     /// # Errors
     /// It is missing or damaged.
-    pub fn find(&self, request: &StimulusRequest) -> Result<Stored, StoreError> {
+    pub fn find(&self, request: &StimulusRequest) -> Result<StoredStimulus, StoreError> {
         let missing = || StoreError::Missing { label: request.label(), store: self.root.clone() };
         let path = self.alias_path(request);
         let alias: Alias = match files::read(&path, MOST_TEXT) {
@@ -128,7 +128,7 @@ impl Store {
     ///
     /// # Errors
     /// The entry exists and is damaged.
-    pub fn check(&self, key: &str) -> Result<Option<Stored>, StoreError> {
+    pub fn check(&self, key: &str) -> Result<Option<StoredStimulus>, StoreError> {
         let folder = self.folder(key);
         let path = folder.join("stimulus.json");
         // The folder is looked for first: an entry that appears afterwards appears whole.
@@ -159,7 +159,7 @@ impl Store {
                 return Err(StoreError::Damaged { path, what: format!("SHA-256 {found}, expected {expected}") });
             }
         }
-        Ok(Some(Stored { folder, side_car }))
+        Ok(Some(StoredStimulus { folder, side_car }))
     }
 
     /// Seconds that rendering an entry took; none when it is not known.

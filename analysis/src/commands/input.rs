@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use cyclopean_analysis::data::{Columns, Loaded, Selection, load};
+use cyclopean_analysis::data::{Columns, LoadedData, Selection, load};
 use cyclopean_analysis::journal::Kind;
 use cyclopean_analysis::{Error, interval, terminal};
 use serde_json::Value;
@@ -74,7 +74,7 @@ impl Input {
     }
 
     /// Reads the answers; `columns` says which factors the command needs.
-    pub fn load(&self, columns: Columns) -> Result<Loaded> {
+    pub fn load(&self, columns: Columns) -> Result<LoadedData> {
         let mut selection = self.selection(columns);
         if self.exclude_failed && self.paths.iter().any(|p| p.as_os_str() == "-") {
             return Err(Error::usage("--exclude-failed reads twice and cannot read standard input").into());

@@ -8,7 +8,7 @@ use std::thread;
 
 use serde::Serialize;
 
-use super::{Builder, Loaded, Response, Score, Selection, Study};
+use super::{Builder, LoadedData, Response, Score, Selection, Study};
 use crate::error::{Error, Result};
 use crate::journal::record::{Header, Outcome, Purpose, Question};
 use crate::journal::{Kind, SessionVotes, collect};
@@ -103,11 +103,16 @@ fn read(path: &Path) -> Result<Session> {
 }
 
 /// Adds the sessions of `files` to `builder` and their summaries to `loaded`.
-pub(super) fn load(files: &[PathBuf], selection: &Selection, builder: &mut Builder, loaded: &mut Loaded) -> Result<()> {
+pub(super) fn load(
+    files: &[PathBuf],
+    selection: &Selection,
+    builder: &mut Builder,
+    loaded: &mut LoadedData,
+) -> Result<()> {
     sessions(files, |session| add(&session, selection, builder, loaded))
 }
 
-fn add(session: &Session, selection: &Selection, builder: &mut Builder, loaded: &mut Loaded) -> Result<()> {
+fn add(session: &Session, selection: &Selection, builder: &mut Builder, loaded: &mut LoadedData) -> Result<()> {
     let header = &session.header;
     if !builder.wants(&header.study.id, &header.participant, Some(session.kind)) {
         return Ok(());

@@ -38,7 +38,7 @@ pub struct Selection {
 
 /// The data, and what their sources say besides the answers.
 #[derive(Clone, Debug, Default)]
-pub struct Loaded {
+pub struct LoadedData {
     /// The tallies.
     pub data: Dataset,
     /// One summary for each journal; empty for CSV.
@@ -49,8 +49,8 @@ pub struct Loaded {
     pub excluded: Vec<(String, String)>,
 }
 
-impl Loaded {
-    /// Ids of [`Loaded::excluded`].
+impl LoadedData {
+    /// Ids of [`LoadedData::excluded`].
     pub fn excluded_ids(&self) -> BTreeSet<String> {
         self.excluded.iter().map(|e| e.0.clone()).collect()
     }
@@ -61,9 +61,9 @@ impl Loaded {
 /// # Errors
 /// [`Error::Read`], [`Error::Line`], [`Error::Data`] for a damaged journal or when nothing is found, and
 /// [`Error::MixedKinds`] when kinds of sessions are mixed that [`Selection::allow_kinds`] does not allow.
-pub fn load(paths: &[PathBuf], selection: &Selection) -> Result<Loaded> {
+pub fn load(paths: &[PathBuf], selection: &Selection) -> Result<LoadedData> {
     let mut builder = Builder::new(selection);
-    let mut loaded = Loaded::default();
+    let mut loaded = LoadedData::default();
     for source in expand(paths)? {
         match source {
             Source::Csv(path) => {

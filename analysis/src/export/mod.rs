@@ -17,7 +17,7 @@ pub use psych_ds::{Column, columns as psych_ds_columns, name_part};
 
 /// One answer, with all that may be published: no wall time, no host, no device.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct ExportRow {
     /// Pseudonym.
     pub participant: String,
     /// Session id.
@@ -48,7 +48,7 @@ pub struct Line {
 
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Written {
+pub struct ExportedFiles {
     /// Answers.
     pub rows: u64,
     /// Files, relative to the folder.
@@ -56,15 +56,15 @@ pub struct Written {
 }
 
 /// What the journals hold.
-struct Gathered {
+struct JournalData {
     factors: Vec<String>,
-    lines: Vec<Line>,
+    lines: Vec<ExportRow>,
     /// Id and title.
     studies: Vec<(String, String)>,
 }
 
 /// Factor columns and lines of all journals. Kinds of session may be mixed here, because each line states its own.
-fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
+fn gather(paths: &[PathBuf], selection: &Selection) -> Result<JournalData> {
     let mut files = Vec::new();
     for source in expand(paths)? {
         match source {
@@ -95,7 +95,7 @@ fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
         for vote in &s.votes {
             let Some(levels) = s.factors(vote) else { continue };
             factors.extend(levels.keys().cloned());
-            let line = Line {
+            let line = ExportRow {
                 participant: h.participant.clone(),
                 session: h.session.clone(),
                 study: h.study.id.clone(),
@@ -125,11 +125,11 @@ fn gather(paths: &[PathBuf], selection: &Selection) -> Result<Gathered> {
             line
         })
         .collect();
-    Ok(Gathered { factors, lines, studies })
+    Ok(JournalData { factors, lines, studies })
 }
 
 /// The cells of one line, in the order of [`psych_ds_columns`].
-fn cells(line: &Line) -> Vec<String> {
+fn cells(line: &ExportRow) -> Vec<String> {
     let purpose = match line.purpose {
         Purpose::Trial => "trial",
         Purpose::Catch => "catch",
@@ -157,7 +157,7 @@ fn cells(line: &Line) -> Vec<String> {
 }
 
 /// Lines as CSV with a header.
-fn csv<'a>(columns: &[Column], lines: impl Iterator<Item = &'a Line>) -> Result<Vec<u8>> {
+fn csv<'a>(columns: &[Column], lines: impl Iterator<Item = &'a ExportRow>) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |e: &dyn std::fmt::Display| Error::data(format!("cannot write CSV: {e}"));
     writer.write_record(columns.iter().map(|c| escape::csv(&c.name).into_owned())).map_err(|e| failed(&e))?;
@@ -174,10 +174,10 @@ fn csv<'a>(columns: &[Column], lines: impl Iterator<Item = &'a Line>) -> Result<
 ///
 /// # Errors
 /// As [`crate::data::load`]; [`Error::Write`] with the file that could not be written.
-pub fn export(paths: &[PathBuf], selection: &Selection, folder: &Path) -> Result<Written> {
-    let Gathered { factors, lines, studies } = gather(paths, selection)?;
+pub fn export(paths: &[PathBuf], selection: &Selection, folder: &Path) -> Result<ExportedFiles> {
+    let JournalData { factors, lines, studies } = gather(paths, selection)?;
     let columns = psych_ds::columns(&factors);
-    let mut written = Written { rows: lines.len() as u64, files: Vec::new() };
+    let mut written = ExportedFiles { rows: lines.len() as u64, files: Vec::new() };
     let mut put = |name: &Path, bytes: &[u8]| -> Result<()> {
         let path = folder.join(name);
         if let Some(parent) = path.parent() {

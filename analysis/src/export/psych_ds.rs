@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::Line;
+use super::ExportRow;
 use crate::escape::markdown;
 
 /// One column of the data files.
@@ -86,7 +86,7 @@ pub fn name_part(text: &str) -> String {
 }
 
 /// The lines of each file, by its name below `data/`.
-pub(super) fn files(lines: &[Line]) -> BTreeMap<PathBuf, Vec<&Line>> {
+pub(super) fn files(lines: &[ExportRow]) -> BTreeMap<PathBuf, Vec<&ExportRow>> {
     // Two pseudonyms may differ only in a dash; a number keeps their files apart.
     let mut names: BTreeMap<(&str, &str), String> = BTreeMap::new();
     for line in lines {
@@ -103,7 +103,7 @@ pub(super) fn files(lines: &[Line]) -> BTreeMap<PathBuf, Vec<&Line>> {
         }
         names.insert(key, name);
     }
-    let mut out: BTreeMap<PathBuf, Vec<&Line>> = BTreeMap::new();
+    let mut out: BTreeMap<PathBuf, Vec<&ExportRow>> = BTreeMap::new();
     for line in lines {
         let name = &names[&(line.study.as_str(), line.participant.as_str())];
         out.entry(PathBuf::from(format!("{name}_data.csv"))).or_default().push(line);
@@ -112,7 +112,7 @@ pub(super) fn files(lines: &[Line]) -> BTreeMap<PathBuf, Vec<&Line>> {
 }
 
 /// The metadata file, in JSON-LD with the vocabulary of schema.org; every column is in `variableMeasured`.
-pub(super) fn description(columns: &[Column], studies: &[(String, String)], lines: &[Line]) -> String {
+pub(super) fn description(columns: &[Column], studies: &[(String, String)], lines: &[ExportRow]) -> String {
     let mut kinds: Vec<&str> = lines.iter().map(|l| l.kind.name()).collect();
     kinds.sort_unstable();
     kinds.dedup();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::contrast::{ContrastResult, default_contrasts, planned_options, scores, test};
-use crate::data::{Columns, Dataset, Loaded, Selection, SessionSummary, Study, load};
+use crate::data::{Columns, Dataset, LoadedData, Selection, SessionSummary, Study, load};
 use crate::equivalence::{NamedEquivalence, planned_equivalences};
 use crate::error::{Error, Result};
 use crate::files;
@@ -175,8 +175,8 @@ fn study(
     paths: &[PathBuf],
     selection: &Selection,
     kept_selection: &Selection,
-    loaded: &Loaded,
-    kept: Option<&Loaded>,
+    loaded: &LoadedData,
+    kept: Option<&LoadedData>,
     s: usize,
     options: &ReportOptions,
 ) -> Result<StudyReport> {

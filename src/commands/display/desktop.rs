@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use winit::keyboard::{Key, NamedKey};
 
-use super::shared::{self, FLICKER, Found, GROUND, WHICH_WORD};
+use super::shared::{self, DisplayTestResult, FLICKER, GROUND, WHICH_WORD};
 use crate::console::{Console, check_interrupted};
 use crate::display::content::Content;
-use crate::display::desktop::{Composition, DesktopOptions, Happened, Picture, Stage};
+use crate::display::desktop::{Composition, DesktopOptions, Picture, ShellEvent, Stage};
 use crate::display::intervals::Intervals;
 use crate::display::panel::{Corner, Note, Panel, View};
 use crate::gpu::Image;
@@ -21,7 +21,7 @@ struct Test {
 }
 
 /// What a picture of the test is made of.
-struct Card<'a> {
+struct TestPicture<'a> {
     notes: [&'a [Note]; 2],
     patch: Option<f32>,
 }
@@ -30,7 +30,12 @@ struct Card<'a> {
 ///
 /// # Errors
 /// No desktop, a window that was closed, a failing device.
-pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Result<Found> {
+pub fn test(
+    options: DesktopOptions,
+    seconds: f64,
+    is_unattended: bool,
+    console: &Console,
+) -> anyhow::Result<DisplayTestResult> {
     let stage = Stage::open(&DesktopOptions { title: "cyclopean display test".to_owned(), ..options.clone() })?;
     let panel = Panel::new(stage.gpu(), options.px_per_degree, None, true)?;
     let mut test = Test { words: None, panel, stage, options };
@@ -42,7 +47,7 @@ pub fn test(options: DesktopOptions, seconds: f64, is_unattended: bool, console:
         if asks_eyes { Some(shared::ask_depth(console, |content, at| test.ask_one(content, at))?) } else { None };
     test.stage.gpu().check_validation()?;
     let monitor = test.stage.monitor().map_or("unknown monitor".to_owned(), |m| m.name.clone());
-    Ok(Found {
+    Ok(DisplayTestResult {
         display: format!("{monitor} at {:.2} Hz, {}", test.stage.rate().nominal_hz, test.options.mode.name()),
         timing: test.stage.timing().to_owned(),
         intervals,
@@ -57,16 +62,16 @@ impl Test {
     }
 
     /// Presents one card in the next frame; returns the keys that were pressed before it.
-    fn show(&mut self, card: &Card<'_>, is_new: bool) -> anyhow::Result<Vec<Key>> {
+    fn show(&mut self, picture: &TestPicture<'_>, is_new: bool) -> anyhow::Result<Vec<Key>> {
         let mut keys = Vec::new();
         let mut is_new = is_new;
         loop {
             check_interrupted()?;
             match self.stage.wait()? {
                 None => break,
-                Some(Happened::Key { key, is_repeat: false, .. }) => keys.push(key),
-                Some(Happened::Close) => anyhow::bail!("the window was closed before the test was over"),
-                Some(Happened::Resized) => is_new = true,
+                Some(ShellEvent::Key { key, is_repeat: false, .. }) => keys.push(key),
+                Some(ShellEvent::Close) => anyhow::bail!("the window was closed before the test was over"),
+                Some(ShellEvent::Resized) => is_new = true,
                 Some(_) => {}
             }
         }
@@ -77,8 +82,8 @@ impl Test {
                 Some(words) => words,
                 None => self.panel.image(width, height)?,
             };
-            self.panel.write(card.notes, [GROUND, GROUND, GROUND, 1.0], &words)?;
-            self.compose(&words, card.patch)?;
+            self.panel.write(picture.notes, [GROUND, GROUND, GROUND, 1.0], &words)?;
+            self.compose(&words, picture.patch)?;
             self.words = Some(words);
         }
         self.stage.present()?;
@@ -112,7 +117,7 @@ impl Test {
         let (mut times, mut frame) = (Vec::new(), 0);
         while began.elapsed().as_secs_f64() < seconds {
             let patch = Some(if (frame / FLICKER).is_multiple_of(2) { 0.0 } else { 1.0 });
-            self.show(&Card { notes: [&note, &note], patch }, frame.is_multiple_of(FLICKER))?;
+            self.show(&TestPicture { notes: [&note, &note], patch }, frame.is_multiple_of(FLICKER))?;
             // The time at which the picture was presented; or, if the driver reports it, at which the one before was
             // seen.
             times.push(self.stage.last_seen_ns().unwrap_or_else(|| self.stage.now_ns()));
@@ -130,7 +135,7 @@ impl Test {
         let mut is_new = true;
         console.note(WHICH_WORD);
         loop {
-            let keys = self.show(&Card { notes: [&left, &right], patch: None }, is_new)?;
+            let keys = self.show(&TestPicture { notes: [&left, &right], patch: None }, is_new)?;
             is_new = false;
             for key in keys {
                 match key {
@@ -148,7 +153,7 @@ impl Test {
         self.panel.draw(content, &View::of(&Screen::Dots(at)), &words)?;
         self.compose(&words, None)?;
         loop {
-            for key in self.show(&Card { notes: [&[], &[]], patch: None }, false)? {
+            for key in self.show(&TestPicture { notes: [&[], &[]], patch: None }, false)? {
                 match &key {
                     Key::Character(c) => {
                         if let Ok(n @ 1..=4) = c.parse::<u32>() {

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use super::shared::{self, FLICKER, Found, GROUND, WHICH_WORD};
+use super::shared::{self, DisplayTestResult, FLICKER, GROUND, WHICH_WORD};
 use crate::console::{Console, check_interrupted};
 use crate::display::content::Content;
 use crate::display::intervals::Intervals;
-use crate::display::openxr::{Acts, Bare};
+use crate::display::openxr::{HeadsetInput, StandaloneHeadset};
 use crate::display::panel::{Corner, Note, Panel, View};
 use crate::gpu::Image;
 use crate::study::protocol::{Input, Screen};
@@ -16,15 +16,15 @@ struct Test {
     is_new: bool,
     panel: Panel,
     px: (u32, u32),
-    headset: Bare,
+    headset: StandaloneHeadset,
 }
 
 /// Runs the whole test.
 ///
 /// # Errors
 /// No headset, or one that went away.
-pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Result<Found> {
-    let headset = Bare::open()?;
+pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Result<DisplayTestResult> {
+    let headset = StandaloneHeadset::open()?;
     let (px, px_per_degree) = headset.page_px();
     let panel = Panel::new(headset.gpu(), px_per_degree, None, false)?;
     let words = panel.image(px.0, px.1)?;
@@ -38,7 +38,7 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
     }
     test.headset.gpu().check_validation()?;
     let info = test.headset.info();
-    Ok(Found {
+    Ok(DisplayTestResult {
         display: format!("{} at {:.2} Hz, {}", info.system, info.nominal_hz, info.runtime),
         timing: "the runtime's prediction".to_owned(),
         intervals,
@@ -50,7 +50,7 @@ pub fn test(seconds: f64, is_unattended: bool, console: &Console) -> anyhow::Res
 impl Test {
     /// Gives the runtime one frame with the words written last; returns its predicted time, and what was done before
     /// it.
-    fn frame(&mut self) -> anyhow::Result<(u64, Acts)> {
+    fn frame(&mut self) -> anyhow::Result<(u64, HeadsetInput)> {
         loop {
             check_interrupted()?;
             let Some(frame) = self.headset.wait()? else { continue };

@@ -19,7 +19,7 @@ const DOTS: usize = 256;
 
 /// What a test found.
 #[derive(Debug, Serialize)]
-pub struct Found {
+pub struct DisplayTestResult {
     pub display: String,
     /// Where the times of display come from.
     pub timing: String,

@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use winit::keyboard::{Key, NamedKey};
 
-use super::fly::{Direction, Fly};
+use super::fly_camera::{Direction, FlyCamera};
 use crate::commands::device::{self, Size};
 use crate::console::{Console, check_interrupted};
-use crate::display::desktop::{Composition, DesktopOptions, Happened, Picture, Stage, fit};
+use crate::display::desktop::{Composition, DesktopOptions, Picture, ShellEvent, Stage, fit};
 use crate::display::panel::{Corner, Note, Panel};
 use crate::gpu::{Gpu, Image};
 use crate::render::{Method, Prepared, Renderer};
 use crate::scene::{Scene, View};
 
 /// What the command line asked for.
-pub struct Asked {
+pub struct LiveRequest {
     pub scene: Arc<Scene>,
     pub view: View,
     pub method: Method,
@@ -27,10 +27,10 @@ pub struct Asked {
 
 struct Live {
     options: DesktopOptions,
-    asked: Asked,
+    request: LiveRequest,
     methods: Vec<Method>,
     method: usize,
-    fly: Fly,
+    camera: FlyCamera,
     /// The scene's time, seconds, for what moves by itself.
     time_s: f64,
     is_paused: bool,
@@ -49,14 +49,14 @@ struct Live {
 ///
 /// # Errors
 /// No desktop, no device, or a frame that failed.
-pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::Result<()> {
+pub fn run(request: LiveRequest, options: DesktopOptions, console: &Console) -> anyhow::Result<()> {
     let mut stage =
-        Stage::open(&DesktopOptions { title: format!("cyclopean: {}", asked.scene.name), ..options.clone() })?;
+        Stage::open(&DesktopOptions { title: format!("cyclopean: {}", request.scene.name), ..options.clone() })?;
     let gpu = Rc::clone(stage.gpu());
-    let methods = super::methods(&asked.method);
+    let methods = super::methods(&request.method);
     let mut live = Live {
-        renderer: Renderer::new(&gpu, Arc::clone(&asked.scene))?,
-        fly: Fly::new(&asked.view),
+        renderer: Renderer::new(&gpu, Arc::clone(&request.scene))?,
+        camera: FlyCamera::new(&request.view),
         panel: Panel::new(&gpu, options.px_per_degree, None, false)?,
         time_s: 0.0,
         is_paused: false,
@@ -68,7 +68,7 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
         method: 0,
         methods,
         options,
-        asked,
+        request,
         gpu,
     };
     for (i, method) in (1..).zip(live.methods.iter().take(9)) {
@@ -77,15 +77,15 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
     stage.start_clock(0);
     let (mut frame, mut last) = (0, Instant::now());
     let mut total_ms = 0.0;
-    while !live.is_over && live.asked.frames.is_none_or(|n| frame < n) {
+    while !live.is_over && live.request.frames.is_none_or(|n| frame < n) {
         check_interrupted()?;
-        if let Some(happened) = stage.wait()? {
-            live.happened(happened);
+        if let Some(event) = stage.wait()? {
+            live.handle(event);
             continue;
         }
         let (_, is_drawn) = stage.frame();
         let seconds = std::mem::replace(&mut last, Instant::now()).elapsed().as_secs_f64();
-        live.fly.step(seconds.min(0.25));
+        live.camera.step(seconds.min(0.25));
         if !live.is_paused {
             live.time_s += seconds.min(0.25);
         }
@@ -103,35 +103,35 @@ pub fn run(asked: Asked, options: DesktopOptions, console: &Console) -> anyhow::
 }
 
 impl Live {
-    fn happened(&mut self, happened: Happened) {
-        match happened {
-            Happened::Key { key, modifiers, is_repeat } => {
-                self.fly.is_fast = modifiers.shift_key();
+    fn handle(&mut self, event: ShellEvent) {
+        match event {
+            ShellEvent::Key { key, modifiers, is_repeat } => {
+                self.camera.is_fast = modifiers.shift_key();
                 match direction(&key) {
-                    Some(way) => self.fly.hold(way, true),
+                    Some(way) => self.camera.hold(way, true),
                     None => self.press(&key, is_repeat),
                 }
             }
-            Happened::KeyUp(key) => {
+            ShellEvent::KeyUp(key) => {
                 if let Some(way) = direction(&key) {
-                    self.fly.hold(way, false);
+                    self.camera.hold(way, false);
                 }
                 if key == Key::Named(NamedKey::Shift) {
-                    self.fly.is_fast = false;
+                    self.camera.is_fast = false;
                 }
             }
-            Happened::Click => self.is_turning = true,
-            Happened::Release => self.is_turning = false,
-            Happened::Moved(by) if self.is_turning => self.fly.turn(by),
-            Happened::Focus(false) => {
-                self.fly.let_go();
+            ShellEvent::Click => self.is_turning = true,
+            ShellEvent::Release => self.is_turning = false,
+            ShellEvent::Moved(by) if self.is_turning => self.camera.turn(by),
+            ShellEvent::Focus(false) => {
+                self.camera.release_all();
                 self.is_turning = false;
             }
-            Happened::Resized => {
+            ShellEvent::Resized => {
                 self.prepared.clear();
                 self.words = None;
             }
-            Happened::Close => self.is_over = true,
+            ShellEvent::Close => self.is_over = true,
             _ => {}
         }
     }
@@ -139,23 +139,23 @@ impl Live {
     fn press(&mut self, key: &Key, is_repeat: bool) {
         const ARROW: f32 = 20.0;
         match key {
-            Key::Named(NamedKey::ArrowLeft) => self.fly.turn([-ARROW, 0.0]),
-            Key::Named(NamedKey::ArrowRight) => self.fly.turn([ARROW, 0.0]),
-            Key::Named(NamedKey::ArrowUp) => self.fly.turn([0.0, -ARROW]),
-            Key::Named(NamedKey::ArrowDown) => self.fly.turn([0.0, ARROW]),
+            Key::Named(NamedKey::ArrowLeft) => self.camera.turn([-ARROW, 0.0]),
+            Key::Named(NamedKey::ArrowRight) => self.camera.turn([ARROW, 0.0]),
+            Key::Named(NamedKey::ArrowUp) => self.camera.turn([0.0, -ARROW]),
+            Key::Named(NamedKey::ArrowDown) => self.camera.turn([0.0, ARROW]),
             _ if is_repeat => {}
             Key::Named(NamedKey::Escape) => self.is_over = true,
             Key::Named(NamedKey::Tab) => self.method = (self.method + 1) % self.methods.len(),
             Key::Character(c) => match c.to_lowercase().as_str() {
                 "h" => self.hides_words = !self.hides_words,
                 "p" => self.is_paused = !self.is_paused,
-                "r" => self.fly = Fly::new(&self.asked.view),
+                "r" => self.camera = FlyCamera::new(&self.request.view),
                 "v" => {
-                    let views = &self.asked.scene.views;
-                    let at = views.iter().position(|v| v.name == self.asked.view.name).unwrap_or(0);
+                    let views = &self.request.scene.views;
+                    let at = views.iter().position(|v| v.name == self.request.view.name).unwrap_or(0);
                     if let Some(view) = views.get((at + 1) % views.len().max(1)) {
-                        self.asked.view = view.clone();
-                        self.fly = Fly::new(view);
+                        self.request.view = view.clone();
+                        self.camera = FlyCamera::new(view);
                     }
                 }
                 digit => {
@@ -171,11 +171,11 @@ impl Live {
     fn draw(&mut self, stage: &Stage, frame: u32, seconds: f64) -> anyhow::Result<f64> {
         let Some(window) = stage.size() else { return Ok(0.0) };
         let view_px = self.options.mode.view(window);
-        let size = self.asked.size.unwrap_or_else(|| {
+        let size = self.request.size.unwrap_or_else(|| {
             let less = if self.gpu.is_cpu() { 4 } else { 1 };
             Size { width: (view_px.0 / less).max(16), height: (view_px.1 / less).max(16) }
         });
-        let camera = self.fly.view().stereo_camera(f64::from(size.width) / f64::from(size.height));
+        let camera = self.camera.view().stereo_camera(f64::from(size.width) / f64::from(size.height));
         if !self.prepared.contains_key(&self.method) {
             let settings = device::live_settings(&self.gpu, size);
             // The reference takes one path per pixel. It is noisy while the camera moves, but frames keep coming.

@@ -1,7 +1,7 @@
 //! `cyclopean live`: renders a scene in real time while somebody looks around in it.
 
 mod desktop;
-mod fly;
+mod fly_camera;
 mod openxr;
 
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use clap::ValueEnum;
 
 use super::WrongUsage;
 use super::device::{self, Size};
-use super::outside::Outside;
+use super::outside::OutsideArgs;
 use crate::console::Console;
 use crate::render::Method;
 use crate::scene;
@@ -22,7 +22,7 @@ pub struct Args {
     /// A built-in name, a manifest (.json), or a .gltf or .glb file.
     scene: String,
     #[command(flatten)]
-    outside: Outside,
+    outside: OutsideArgs,
     /// The method to begin with, or NAME@N for N rays per pixel.
     #[arg(long, short, default_value = "stereo-temporal")]
     method: String,
@@ -73,9 +73,9 @@ pub fn run(args: Args, console: &Console) -> anyhow::Result<()> {
     let method = Method::parse(&args.method).map_err(|e| WrongUsage(e.to_string()))?;
     let scene = Arc::new(scene::load_with(&args.scene, args.outside.loading())?);
     let view = device::view(&scene, args.view.as_deref())?.clone();
-    let asked = desktop::Asked { scene, view, method, size: args.size, frames: args.frames };
+    let request = desktop::LiveRequest { scene, view, method, size: args.size, frames: args.frames };
     match args.display {
-        DisplayKind::Desktop => desktop::run(asked, args.desk.options(), console),
-        DisplayKind::Openxr => openxr::run(&asked, console),
+        DisplayKind::Desktop => desktop::run(request, args.desk.options(), console),
+        DisplayKind::Openxr => openxr::run(&request, console),
     }
 }

@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 
-use super::desktop::Asked;
+use super::desktop::LiveRequest;
 use crate::commands::device::{self, Size};
 use crate::console::{Console, check_interrupted};
-use crate::display::openxr::{Acts, Bare, EyeInRoom};
+use crate::display::openxr::{EyeInRoom, HeadsetInput, StandaloneHeadset};
 use crate::render::{Method, Prepared, Renderer};
 use crate::scene::{EyeCamera, Fov, StereoCamera, View};
 use crate::study::protocol::Input;
@@ -21,18 +21,18 @@ const SCALES: [f64; 5] = [1.0, 0.84, 0.7, 0.6, 0.5];
 const WINDOW: u32 = 45;
 
 /// The pose of the room in the scene.
-struct Ground {
+struct RoomPose {
     /// Position of the room's origin.
     position: DVec3,
     scene_from_room: DQuat,
 }
 
 struct Live<'a> {
-    asked: &'a Asked,
+    request: &'a LiveRequest,
     methods: Vec<Method>,
     method: usize,
     scale: usize,
-    ground: Option<Ground>,
+    room_pose: Option<RoomPose>,
     prepared: Option<(usize, Size, Prepared)>,
     renderer: Renderer,
     /// The zero of the scene's time, for what moves by itself.
@@ -48,24 +48,24 @@ struct Live<'a> {
 ///
 /// # Errors
 /// No headset, or a frame that failed.
-pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
-    let mut headset = Bare::open()?;
+pub fn run(request: &LiveRequest, console: &Console) -> anyhow::Result<()> {
+    let mut headset = StandaloneHeadset::open()?;
     let info = headset.info().clone();
     let gpu = Rc::clone(headset.gpu());
     let less = if gpu.is_cpu() { 2 } else { 1 };
-    let full = asked.size.unwrap_or(Size { width: info.width_px / less, height: info.height_px / less });
-    let methods = super::methods(&asked.method);
+    let full = request.size.unwrap_or(Size { width: info.width_px / less, height: info.height_px / less });
+    let methods = super::methods(&request.method);
     for (i, method) in (1..).zip(methods.iter().take(9)) {
         console.note(format!("{i}: {method}"));
     }
     let mut live = Live {
-        renderer: Renderer::new(&gpu, Arc::clone(&asked.scene))?,
+        renderer: Renderer::new(&gpu, Arc::clone(&request.scene))?,
         began: Instant::now(),
-        asked,
+        request,
         methods,
         method: 0,
         scale: 0,
-        ground: None,
+        room_pose: None,
         prepared: None,
         full,
         period_ms: 1e3 / info.nominal_hz,
@@ -73,7 +73,7 @@ pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
         late: 0,
     };
     let (mut frames, mut total_ms) = (0u64, 0.0);
-    while asked.frames.is_none_or(|n| frames < n) {
+    while request.frames.is_none_or(|n| frames < n) {
         check_interrupted()?;
         let Some(frame) = headset.wait()? else { continue };
         if live.act(&frame.acts) {
@@ -100,7 +100,7 @@ pub fn run(asked: &Asked, console: &Console) -> anyhow::Result<()> {
 
 impl Live<'_> {
     /// Carries out what was done with the controllers; returns whether the program ends.
-    fn act(&mut self, acts: &Acts) -> bool {
+    fn act(&mut self, acts: &HeadsetInput) -> bool {
         let n = self.methods.len();
         if acts.step != 0 {
             self.method = (self.method as i32 + acts.step).rem_euclid(n as i32) as usize;
@@ -119,10 +119,10 @@ impl Live<'_> {
     /// Renders one frame; returns its milliseconds.
     fn draw(&mut self, eyes: &[EyeInRoom; 2], is_centred: bool, frame: u32) -> anyhow::Result<f64> {
         if is_centred {
-            self.ground = None;
+            self.room_pose = None;
         }
-        let ground = self.ground.get_or_insert_with(|| Ground::under(&self.asked.view, eyes));
-        let camera = ground.camera(eyes, self.asked.view.near_m);
+        let room_pose = self.room_pose.get_or_insert_with(|| RoomPose::at_view(&self.request.view, eyes));
+        let camera = room_pose.camera(eyes, self.request.view.near_m);
         let scaled = |side: u32| ((f64::from(side) * SCALES[self.scale]) as u32).max(16);
         let size = Size { width: scaled(self.full.width), height: scaled(self.full.height) };
         if !self.prepared.as_ref().is_some_and(|(method, of, _)| (*method, *of) == (self.method, size)) {
@@ -159,12 +159,12 @@ impl Live<'_> {
     }
 }
 
-impl Ground {
+impl RoomPose {
     /// Places the room so that the head is now at the view and looks in its direction; the horizon stays level.
-    fn under(view: &View, eyes: &[EyeInRoom; 2]) -> Ground {
+    fn at_view(view: &View, eyes: &[EyeInRoom; 2]) -> RoomPose {
         let head = (position(&eyes[0]) + position(&eyes[1])) / 2.0;
         let scene_from_room = DQuat::from_rotation_y(yaw(view.world_from_view) - yaw(orientation(&eyes[0])));
-        Ground { position: view.position - scene_from_room * head, scene_from_room }
+        RoomPose { position: view.position - scene_from_room * head, scene_from_room }
     }
 
     fn camera(&self, eyes: &[EyeInRoom; 2], near_m: f64) -> StereoCamera {
@@ -216,13 +216,13 @@ mod tests {
             orientation: turned.as_quat().to_array(),
             fov_rad: [-0.8, 0.7, 0.6, -0.5],
         };
-        let ground = Ground::under(&view, &[eye(-0.03, 0.0), eye(0.03, 0.0)]);
-        let camera = ground.camera(&[eye(-0.03, 0.0), eye(0.03, 0.0)], 0.1);
+        let room_pose = RoomPose::at_view(&view, &[eye(-0.03, 0.0), eye(0.03, 0.0)]);
+        let camera = room_pose.camera(&[eye(-0.03, 0.0), eye(0.03, 0.0)], 0.1);
         assert!((camera.head() - view.position).length() < 1e-6);
         assert!((yaw(camera.left.world_from_view) - 1.1).abs() < 1e-6);
         assert!(((camera.right.position - camera.left.position).length() - 0.06).abs() < 1e-6);
         // A step forward in the room is a step in the view's direction.
-        let moved = ground.camera(&[eye(-0.03, 1.0), eye(0.03, 1.0)], 0.1);
+        let moved = room_pose.camera(&[eye(-0.03, 1.0), eye(0.03, 1.0)], 0.1);
         let ahead = DQuat::from_rotation_y(1.1) * DVec3::NEG_Z;
         assert!((moved.head() - view.position - ahead).length() < 1e-6);
         assert!((camera.left.fov.left_rad + 0.8).abs() < 1e-6);

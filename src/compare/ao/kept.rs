@@ -10,7 +10,7 @@ use super::AoOptions;
 use super::configuration::{ORACLE_SEED, configurations, method};
 use super::report::AoScene;
 use crate::compare::CompareError;
-use crate::compare::kept::{Results, circumstances, find_at, keep_at};
+use crate::compare::kept::{SceneResults, circumstances, find_at, keep_at};
 use crate::compare::sha256;
 use crate::console::Console;
 use crate::gpu::Gpu;
@@ -22,19 +22,19 @@ use crate::scene::{Scene, View};
 const VERSION: u32 = 1;
 
 /// The place where the results of one scene with these options are kept. They may not be there yet.
-pub struct Kept {
+pub struct KeptAoScene {
     path: PathBuf,
 }
 
 /// What is kept of a scene.
 #[derive(Serialize, Deserialize)]
-struct Content {
+struct KeptContent {
     /// When the measurement ended.
     measured: DateTime<Utc>,
     scene: AoScene,
 }
 
-impl Results for Content {
+impl SceneResults for KeptContent {
     fn scene(&self) -> &str {
         &self.scene.scene
     }
@@ -44,7 +44,7 @@ impl Results for Content {
     }
 }
 
-impl Kept {
+impl KeptAoScene {
     /// Finds the place, and makes the folder if it is missing.
     ///
     /// # Errors
@@ -54,14 +54,14 @@ impl Kept {
         gpu: &Gpu,
         (scene, view): (&Scene, &View),
         options: &AoOptions,
-    ) -> Result<Kept, CompareError> {
+    ) -> Result<KeptAoScene, CompareError> {
         crate::compare::make_folder(folder)?;
-        Ok(Kept { path: folder.join(format!("{}.json", key(gpu, (scene, view), options)?)) })
+        Ok(KeptAoScene { path: folder.join(format!("{}.json", key(gpu, (scene, view), options)?)) })
     }
 
     /// The scene's results, if they are there and undamaged. A note says where they come from.
     pub fn find(&self, console: &Console) -> Option<AoScene> {
-        find_at::<Content>(&self.path, console).map(|content| content.scene)
+        find_at::<KeptContent>(&self.path, console).map(|content| content.scene)
     }
 
     /// Keeps a scene's results and replaces what was there.
@@ -69,7 +69,7 @@ impl Kept {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep(&self, scene: &AoScene, console: &Console) -> Result<(), CompareError> {
-        keep_at(&self.path, &Content { measured: Utc::now(), scene: scene.clone() }, console)
+        keep_at(&self.path, &KeptContent { measured: Utc::now(), scene: scene.clone() }, console)
     }
 }
 

@@ -23,9 +23,9 @@ use super::{CompareError, file_stem, keep_failure, make_folder, sweep_folder};
 use crate::console::Console;
 use crate::gpu::Gpu;
 use crate::render::{AoSettings, Settings};
-use crate::scene::Shelf;
+use crate::scene::SceneCache;
 
-pub use report::{AoAlong, AoPath, AoReport, AoRow, AoScene};
+pub use report::{AoPath, AoPathRow, AoReport, AoRow, AoScene};
 pub use run::scene;
 pub use tables::markdown;
 
@@ -44,7 +44,7 @@ pub struct AoOptions {
     pub keep: Option<PathBuf>,
     pub out: PathBuf,
     /// Loads each scene once.
-    pub scenes: Shelf,
+    pub scenes: SceneCache,
 }
 
 /// Compares on each scene. After each one, writes `ao.json`, `ao.md` and the scene's drawings into `options.out`. A

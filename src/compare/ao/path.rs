@@ -1,7 +1,7 @@
 //! Measures the methods along the path `sway` of the head, as in figure 10 of seed 001. `run` calls it.
 
 use super::configuration::{Run, mean_of, places, slices, visibility};
-use super::report::{AoAlong, AoPath};
+use super::report::{AoPath, AoPathRow};
 use crate::compare::CompareError;
 use crate::console::{Console, check_interrupted};
 use crate::metrics::ambient;
@@ -17,14 +17,14 @@ use crate::scene::head_path::sway;
 pub fn along(runs: &mut [Run], view: &View, poses: u32, console: &Console) -> Result<AoPath, CompareError> {
     let runs = &mut runs[..Ao::OF_VIEWS.len()];
     let mut bar = console.progress("path", u64::from(poses));
-    let nothing = |run: &Run| AoAlong {
+    let nothing = |run: &Run| AoPathRow {
         method: run.ao.method,
         mean_inconsistency: None,
         mean_mae_fsa: None,
         inconsistency: Vec::new(),
         mae_fsa: Vec::new(),
     };
-    let mut methods: Vec<AoAlong> = runs.iter().map(nothing).collect();
+    let mut methods: Vec<AoPathRow> = runs.iter().map(nothing).collect();
     for pose in 0..poses {
         check_interrupted()?;
         let mut shown = Vec::new();

@@ -42,7 +42,7 @@ pub fn path(scene: &AoScene) -> Option<String> {
     let points = |values: &[Option<f64>], scale: f64| -> Vec<(f64, f64)> {
         values.iter().enumerate().filter_map(|(i, v)| Some((i as f64, scale * (*v)?))).collect()
     };
-    let curves = |of: &dyn Fn(&super::report::AoAlong) -> Vec<(f64, f64)>| -> Vec<Curve> {
+    let curves = |of: &dyn Fn(&super::report::AoPathRow) -> Vec<(f64, f64)>| -> Vec<Curve> {
         path.methods.iter().map(|a| curve(a.method, of(a), false)).collect()
     };
     // The error of `fsa` against itself is not drawn.

@@ -83,12 +83,12 @@ pub struct Oracle {
 pub struct AoPath {
     pub poses: u32,
     /// The methods in the order of the table.
-    pub methods: Vec<AoAlong>,
+    pub methods: Vec<AoPathRow>,
 }
 
 /// The results of one method along the path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct AoAlong {
+pub struct AoPathRow {
     pub method: Ao,
     /// The means over the poses.
     pub mean_inconsistency: Option<f64>,

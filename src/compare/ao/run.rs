@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::AoOptions;
 use super::configuration::{ORACLE_SEED, Run, Visibility, configurations, method, places, slices, total, visibility};
-use super::kept::Kept;
+use super::kept::KeptAoScene;
 use super::path;
 use super::report::{AoRow, AoScene, Oracle};
 use crate::compare::{CompareError, subject};
@@ -23,7 +23,8 @@ use crate::scene::{Scene, StereoCamera, View};
 pub fn scene(gpu: &Rc<Gpu>, name: &str, options: &AoOptions, console: &Console) -> Result<AoScene, CompareError> {
     let scene = options.scenes.load(name)?;
     let view = subject::view(&scene, options.view.as_deref())?;
-    let kept = options.keep.as_ref().map(|folder| Kept::new(folder, gpu, (&scene, view), options)).transpose()?;
+    let kept =
+        options.keep.as_ref().map(|folder| KeptAoScene::new(folder, gpu, (&scene, view), options)).transpose()?;
     if let Some(found) = kept.as_ref().and_then(|kept| kept.find(console)) {
         return Ok(found);
     }

@@ -62,7 +62,7 @@ pub enum Dash {
 
 /// How the line that a name belongs to looks in the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
+pub enum LegendMark {
     /// A line with marks of this index.
     Mark(usize),
     /// A dashed line in the colour of this index.
@@ -73,29 +73,29 @@ pub enum Sign {
 
 /// A name beside the drawing, and the place in the drawing that it belongs to.
 #[derive(Debug, Clone)]
-pub struct Name {
+pub struct LegendEntry {
     pub from: (f64, f64),
-    pub sign: Sign,
+    pub sign: LegendMark,
     pub words: String,
 }
 
 /// Writes names to the right of `right`, in the order of their places. Each is as near to its place as it can be
 /// without touching another name.
-pub fn names(out: &mut String, mut all: Vec<Name>, right: f64, top: f64, bottom: f64) {
+pub fn names(out: &mut String, mut all: Vec<LegendEntry>, right: f64, top: f64, bottom: f64) {
     all.sort_by(|a, b| a.from.1.total_cmp(&b.from.1));
     let wanted: Vec<f64> = all.iter().map(|n| n.from.1).collect();
     for (name, at) in all.into_iter().zip(apart(&wanted, top, bottom)) {
         let (from_x, from_y) = name.from;
         let name_x = right + 26.0;
         let lead = match name.sign {
-            Sign::Mark(i) | Sign::Level(i, _) => format!("lead k{}", i % METHODS),
-            Sign::Plain => "lead axis".to_owned(),
+            LegendMark::Mark(i) | LegendMark::Level(i, _) => format!("lead k{}", i % METHODS),
+            LegendMark::Plain => "lead axis".to_owned(),
         };
         line(out, &lead, (from_x + if from_x < right { 8.0 } else { 2.0 }, from_y), (name_x - 13.0, at));
         match name.sign {
-            Sign::Mark(i) => mark(out, i, name_x - 4.0, at),
-            Sign::Level(i, dash) => line(out, &level(i, dash), (name_x - 12.0, at), (name_x + 3.0, at)),
-            Sign::Plain => line(out, "axis", (name_x - 12.0, at), (name_x + 3.0, at)),
+            LegendMark::Mark(i) => mark(out, i, name_x - 4.0, at),
+            LegendMark::Level(i, dash) => line(out, &level(i, dash), (name_x - 12.0, at), (name_x + 3.0, at)),
+            LegendMark::Plain => line(out, "axis", (name_x - 12.0, at), (name_x + 3.0, at)),
         }
         text(out, "", name_x + 7.0, at + 4.5, &name.words);
     }

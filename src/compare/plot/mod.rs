@@ -4,8 +4,8 @@
 pub(super) mod axis;
 pub(super) mod draw;
 mod family;
-mod knob;
 pub(super) mod panels;
+mod percentage;
 mod time;
 
 use super::report::SceneReport;
@@ -17,7 +17,7 @@ pub fn plots(scene: &SceneReport) -> Vec<(String, String)> {
 }
 
 /// The drawing of a family of methods against its percentage.
-pub struct Knob {
+pub struct FamilyPlot {
     pub fallback: String,
     /// The name that the methods share, with `@N` where the family has several sample counts.
     pub family: String,
@@ -25,13 +25,13 @@ pub struct Knob {
 }
 
 /// The drawings of all families of methods that differ in a percentage.
-pub fn knobs(scene: &SceneReport) -> Vec<Knob> {
+pub fn family_plots(scene: &SceneReport) -> Vec<FamilyPlot> {
     let mut found = Vec::new();
     for fallback in fallbacks(scene) {
         let families = family::families(&scene.results, &fallback);
         for family in &families {
-            if let Some(svg) = knob::plot(scene, family) {
-                found.push(Knob { fallback: fallback.clone(), family: family.name(&families), svg });
+            if let Some(svg) = percentage::plot(scene, family) {
+                found.push(FamilyPlot { fallback: fallback.clone(), family: family.name(&families), svg });
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Draws two panels, one above the other, with a common axis below both. The drawings of `ao` and `sequence` call it.
 
 use super::axis::Axis;
-use super::draw::{Dash, Name, Sign, level, line, mark, names, number, open, polyline, text};
+use super::draw::{Dash, LegendEntry, LegendMark, level, line, mark, names, number, open, polyline, text};
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 600.0;
@@ -57,13 +57,13 @@ fn panel(out: &mut String, title: &str, curves: &[Curve], x: &Axis, (top, bottom
         let words = curve.name.clone();
         if curve.is_level {
             line(out, &level(index, Dash::Long), (LEFT, last.1), (RIGHT, last.1));
-            all.push(Name { from: (RIGHT, last.1), sign: Sign::Level(index, Dash::Long), words });
+            all.push(LegendEntry { from: (RIGHT, last.1), sign: LegendMark::Level(index, Dash::Long), words });
         } else {
             polyline(out, index, &places);
             if places.len() <= MOST_MARKS {
                 places.iter().for_each(|(px, py)| mark(out, index, *px, *py));
             }
-            all.push(Name { from: *last, sign: Sign::Mark(index), words });
+            all.push(LegendEntry { from: *last, sign: LegendMark::Mark(index), words });
         }
     }
     names(out, all, RIGHT, top, bottom);

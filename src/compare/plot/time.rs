@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use cyclopean_analysis::interval::student_t;
 
 use super::axis::Axis;
-use super::draw::{METHODS, Name, Sign, bar, line, mark, names, number, open, polyline, text};
+use super::draw::{LegendEntry, LegendMark, METHODS, bar, line, mark, names, number, open, polyline, text};
 use super::family::{Family, families};
 use crate::compare::report::{Row, SceneReport};
 
@@ -178,10 +178,10 @@ fn labels(out: &mut String, series: &[Series], x: &Axis, y: &Axis) {
 }
 
 /// The names of the lines, each with the end of its line.
-fn ends(series: &[Series], x: &Axis, y: &Axis) -> Vec<Name> {
+fn ends(series: &[Series], x: &Axis, y: &Axis) -> Vec<LegendEntry> {
     let end = |(i, s): (usize, &Series)| {
         let last = s.points.iter().max_by(|a, b| a.ms.total_cmp(&b.ms))?;
-        Some(Name { from: (x.at(last.ms), y.at(last.mse)), sign: Sign::Mark(i), words: s.name.clone() })
+        Some(LegendEntry { from: (x.at(last.ms), y.at(last.mse)), sign: LegendMark::Mark(i), words: s.name.clone() })
     };
     series.iter().enumerate().filter_map(end).collect()
 }

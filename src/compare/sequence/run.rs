@@ -15,7 +15,7 @@ use crate::compare::times::{self, Groups};
 use crate::compare::{CompareError, ratios, reference, subject};
 use crate::console::{Console, check_interrupted};
 use crate::gpu::Gpu;
-use crate::metrics::sequence::{Seen, before, disagreement, flicker, noise_flicker, parts};
+use crate::metrics::sequence::{EyeFrame, disagreement, flicker, noise_flicker, parts, previous_pixels};
 use crate::metrics::{Pairs, mean, pairs};
 use crate::picture::StereoPicture;
 use crate::render::{Geometry, Method, Prepared, Renderer, Settings};
@@ -61,7 +61,7 @@ pub fn scene(
     let mut bar = console.progress(&scene.name, u64::from(frames) * (1 + all.len() as u64));
     let mut last: Option<Frame> = None;
     for number in 0..frames {
-        let at = At { path: &path, view: &view, number };
+        let at = PathFrame { path: &path, view: &view, number };
         at.draw(&mut truth, REFERENCE_SEEDS[1])?;
         let again = truth.reflection()?;
         at.draw(&mut truth, REFERENCE_SEEDS[0])?;
@@ -75,9 +75,9 @@ pub fn scene(
             bar.step(&all[which].method.to_string());
         }
         if let Some(last) = &last {
-            let trails = [0, 1].map(|eye| before(now.seen(eye), last.seen(eye)));
+            let previous_pixels = [0, 1].map(|eye| previous_pixels(now.eye_frame(eye), last.eye_frame(eye)));
             for (which, run) in all.iter_mut().enumerate() {
-                run.add(which, &now, last, &trails);
+                run.add(which, &now, last, &previous_pixels);
             }
         }
         last = Some(now);
@@ -115,13 +115,13 @@ fn configurations(options: &SequenceOptions<'_>) -> Vec<Method> {
 }
 
 /// A frame of the path: the path, the view that it begins at, and the number of the frame.
-struct At<'a> {
+struct PathFrame<'a> {
     path: &'a HeadPath,
     view: &'a View,
     number: u32,
 }
 
-impl At<'_> {
+impl PathFrame<'_> {
     fn draw(&self, prepared: &mut Prepared, seed: u32) -> Result<Groups, CompareError> {
         check_interrupted()?;
         let aspect = prepared.settings().aspect();
@@ -158,9 +158,9 @@ impl Frame {
         Ok(Frame { camera, places, geometry, references, pairs, size, runs: Vec::new() })
     }
 
-    fn seen(&self, eye: usize) -> Seen<'_> {
+    fn eye_frame(&self, eye: usize) -> EyeFrame<'_> {
         let surfaces = reference::surfaces(&self.geometry.eyes[eye]);
-        Seen { camera: self.camera.eye(Eye::BOTH[eye]), surfaces, places: &self.places, size: self.size }
+        EyeFrame { camera: self.camera.eye(Eye::BOTH[eye]), surfaces, places: &self.places, size: self.size }
     }
 }
 
@@ -178,7 +178,7 @@ impl Run {
     }
 
     /// Draws a frame in both runs. Returns the reflections and the composites.
-    fn draw(&mut self, at: &At<'_>) -> Result<[Runs; 2], CompareError> {
+    fn draw(&mut self, at: &PathFrame<'_>) -> Result<[Runs; 2], CompareError> {
         for (prepared, seed) in self.prepared.iter_mut().zip(SEEDS) {
             self.groups.push(at.draw(prepared, seed)?);
         }
@@ -186,21 +186,21 @@ impl Run {
         Ok([[a.reflection()?, b.reflection()?], [a.linear()?, b.linear()?]])
     }
 
-    fn add(&mut self, which: usize, now: &Frame, last: &Frame, trails: &[Vec<Option<u32>>; 2]) {
+    fn add(&mut self, which: usize, now: &Frame, last: &Frame, previous_pixels: &[Vec<Option<u32>>; 2]) {
         let (Some([own, shown]), Some([own_before, _])) = (&now.runs[which], &last.runs[which]) else { return };
         let delta = self.prepared[0].settings().delta_roughness;
         let mut sums: BTreeMap<&'static str, Vec<Option<f64>>> = BTreeMap::new();
-        for (eye, trail) in trails.iter().enumerate() {
+        for (eye, previous) in previous_pixels.iter().enumerate() {
             let g = &now.geometry.eyes[eye];
             let glossy: Vec<bool> =
                 g.traced.iter().zip(&g.roughness).map(|(t, r)| *t && (delta..GLOSSY).contains(r)).collect();
-            let uncovered: Vec<bool> = g.traced.iter().zip(trail).map(|(t, b)| *t && b.is_none()).collect();
+            let uncovered: Vec<bool> = g.traced.iter().zip(previous).map(|(t, b)| *t && b.is_none()).collect();
             let of = |mask: &[bool]| parts(eye_of(own, eye), eye_of(&now.references, eye), mask);
             let all = of(&g.traced);
             let flickers = [0, 1].map(|run: usize| {
                 let here = judged(&own[run], now, eye);
                 let there = judged(&own_before[run], last, eye);
-                flicker(here, there, trail, &g.traced)
+                flicker(here, there, previous, &g.traced)
             });
             let found = [
                 ("mse", all.map(|p| p.mse)),
@@ -209,7 +209,7 @@ impl Run {
                 ("glossy_mse", of(&glossy).map(|p| p.mse)),
                 ("uncovered_mse", of(&uncovered).map(|p| p.mse)),
                 ("flicker", flickers[0].zip(flickers[1]).map(|(a, b)| (a + b) / 2.0)),
-                ("noise_flicker", noise_flicker(eye_of(own, eye), eye_of(own_before, eye), trail, &g.traced)),
+                ("noise_flicker", noise_flicker(eye_of(own, eye), eye_of(own_before, eye), previous, &g.traced)),
             ];
             for (name, value) in found {
                 sums.entry(name).or_default().push(value);

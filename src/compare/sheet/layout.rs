@@ -4,7 +4,7 @@
 //! the pictures of the left and of the right eye, and below them the difference between the eyes and the numbers.
 
 use super::canvas::{Canvas, Color, Rect, bytes, resized};
-use super::text::{Align, Type};
+use super::text::{Align, Typesetter};
 use super::{Part, Row, Scores, Sheet, heat};
 
 /// The height of every picture, and the width of enlarged parts. The side of a part always divides it.
@@ -36,7 +36,7 @@ const TEXT: f32 = 15.0;
 /// A page that is being drawn.
 struct Page {
     canvas: Canvas,
-    letters: Type,
+    letters: Typesetter,
     /// The width of the picture of a whole view.
     view: usize,
 }
@@ -49,7 +49,7 @@ pub fn draw(sheet: &Sheet) -> Canvas {
     let row = ROW_HEAD + 2 * CELL + GAP + BETWEEN_ROWS;
     // A page without parts must still be wide enough for the words in its head.
     let size = ((2 * MARGIN + blocks).max(1100), HEAD + sheet.rows.len() * row + MARGIN - BETWEEN_ROWS);
-    let mut page = Page { canvas: Canvas::new(size.0, size.1, GROUND), letters: Type::new(), view };
+    let mut page = Page { canvas: Canvas::new(size.0, size.1, GROUND), letters: Typesetter::new(), view };
     page.head(sheet);
     for (i, content) in sheet.rows.iter().enumerate() {
         page.row(sheet, content, HEAD + i * row);
@@ -121,14 +121,14 @@ impl Page {
         let (size, to) = (sheet.size, (self.view, CELL));
         for eye in [0, 1] {
             let x = MARGIN + eye * (self.view + GAP);
-            let small = resized(&row.seen.shown[eye], size, to);
+            let small = resized(&row.compared.shown[eye], size, to);
             let colors: Vec<Color> = small.into_iter().map(bytes).collect();
             self.canvas.picture((x, y), &colors, self.view, 1);
             for (i, part) in sheet.parts.iter().enumerate() {
                 self.mark((x, y), size, part.rects[eye], i);
             }
         }
-        let known: Vec<[f32; 2]> = row.seen.contrast.iter().map(|c| c.map_or([0.0; 2], |c| [c, 1.0])).collect();
+        let known: Vec<[f32; 2]> = row.compared.contrast.iter().map(|c| c.map_or([0.0; 2], |c| [c, 1.0])).collect();
         let small = resized(&known, size, to);
         // A pixel of the smaller map has a value where at least half of what it covers has one.
         let mean = |[sum, share]: [f32; 2]| if share < 0.5 { heat::NO_PARTNER } else { heat::color(sum / share) };
@@ -160,10 +160,10 @@ impl Page {
         };
         for eye in [0, 1] {
             let rect = part.rects[eye];
-            let colors: Vec<Color> = pixels(rect).map(|p| bytes(row.seen.shown[eye][p])).collect();
+            let colors: Vec<Color> = pixels(rect).map(|p| bytes(row.compared.shown[eye][p])).collect();
             self.canvas.picture((x + eye * (CELL + GAP), y), &colors, rect.width, zoom);
         }
-        let contrast = |p: usize| row.seen.contrast[p].map_or(heat::NO_PARTNER, heat::color);
+        let contrast = |p: usize| row.compared.contrast[p].map_or(heat::NO_PARTNER, heat::color);
         let colors: Vec<Color> = pixels(part.rects[0]).map(contrast).collect();
         self.canvas.picture((x, y + CELL + GAP), &colors, part.rects[0].width, zoom);
         self.canvas.fill(Rect { x, y: y - 4, width: 2 * CELL + GAP, height: 3 }, MARKS[i]);

@@ -3,10 +3,10 @@
 //! page for each fallback comes out. [`super::scene`] calls it.
 
 mod canvas;
+mod compared_frame;
 mod heat;
 mod layout;
 mod regions;
-mod seen;
 mod text;
 
 use std::rc::Rc;
@@ -21,7 +21,7 @@ use crate::render::{Method, Settings};
 
 pub use canvas::Canvas;
 use canvas::Rect;
-use seen::{Frame, Scores, Seen, Truth};
+use compared_frame::{ComparedFrame, Frame, Scores, Truth};
 
 /// The seed of the frame that is shown. It is that of the first round that is measured.
 const SEED: u32 = 1;
@@ -49,7 +49,7 @@ struct Part {
 struct Row {
     name: String,
     about: String,
-    seen: Seen,
+    compared: ComparedFrame,
     whole: Scores,
     /// The scores of each part, in the order of the parts.
     parts: Vec<Scores>,
@@ -91,7 +91,7 @@ pub fn sheets(
     while let Some(fallback) = rest.peek().map(|(c, _)| c.fallback) {
         let mut methods = Vec::new();
         while let Some((configuration, frame)) = rest.next_if(|(c, _)| c.fallback == fallback) {
-            methods.push((configuration.method, truth.see(frame)));
+            methods.push((configuration.method, truth.compare(frame)));
         }
         let about = format!(
             "view {}  ·  {} × {} pixels an eye  ·  one frame, seed {SEED}  ·  unknown rays see {}  ·  reference: {} paths \
@@ -103,7 +103,7 @@ pub fn sheets(
             options.reference.samples(),
         );
         let frame = Frame { composite: reference.linear.clone(), reflection: reference.reflection.clone() };
-        let last = (options.reference.clone(), truth.see(frame));
+        let last = (options.reference.clone(), truth.compare(frame));
         let sheet = sheet(&truth, (scene.name.clone(), about), methods, last);
         sheets.push((fallback_name(fallback).to_owned(), layout::draw(&sheet)));
     }
@@ -115,13 +115,13 @@ pub fn sheets(
 fn sheet(
     truth: &Truth<'_>,
     (title, about): (String, String),
-    mut rows: Vec<(Method, Seen)>,
-    reference: (Method, Seen),
+    mut rows: Vec<(Method, ComparedFrame)>,
+    reference: (Method, ComparedFrame),
 ) -> Sheet {
     let methods = rows.len();
     rows.push(reference);
     let last = (methods - 1).max(1);
-    let steps: Vec<Vec<f32>> = rows[..last].iter().map(|(_, seen)| seen.change_to(&rows[last].1)).collect();
+    let steps: Vec<Vec<f32>> = rows[..last].iter().map(|(_, compared)| compared.change_to(&rows[last].1)).collect();
     let side = regions::side(truth.width, truth.height);
     let found = side.map_or(Vec::new(), |side| regions::choose(&steps, truth.width, truth.height, side));
     let part = |region: &regions::Region| Part {
@@ -130,12 +130,12 @@ fn sheet(
     };
     let parts: Vec<Part> = found.iter().map(part).collect();
     let whole = Rect { x: 0, y: 0, width: truth.width, height: truth.height };
-    let row = |(i, (method, seen)): (usize, (Method, Seen))| Row {
+    let row = |(i, (method, compared)): (usize, (Method, ComparedFrame))| Row {
         name: method.to_string(),
         about: about_of(&method),
-        whole: truth.scores(&seen, [whole; 2]),
-        parts: parts.iter().map(|p| truth.scores(&seen, p.rects)).collect(),
-        seen,
+        whole: truth.scores(&compared, [whole; 2]),
+        parts: parts.iter().map(|p| truth.scores(&compared, p.rects)).collect(),
+        compared,
         is_reference: i == methods,
     };
     let rows = rows.into_iter().enumerate().map(row).collect();

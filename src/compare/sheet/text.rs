@@ -14,7 +14,7 @@ use super::canvas::{Canvas, Color};
 const FONT: &[u8] = include_bytes!("../../../languages/fonts/NotoSans-Regular.ttf");
 
 /// The font, and its letters that were rasterised so far.
-pub struct Type {
+pub struct Typesetter {
     fonts: Fonts,
 }
 
@@ -26,14 +26,14 @@ pub enum Align {
     Right,
 }
 
-impl Type {
-    pub fn new() -> Type {
+impl Typesetter {
+    pub fn new() -> Typesetter {
         let mut fonts = FontDefinitions::default();
         fonts.font_data.insert("text".to_owned(), Arc::new(FontData::from_static(FONT)));
         fonts.families.entry(FontFamily::Proportional).or_default().insert(0, "text".to_owned());
         // The text is dark on a light ground.
         let color_transfer_function = FontColorTransferFunction::LIGHT_MODE_DEFAULT;
-        Type { fonts: Fonts::new(TextOptions { color_transfer_function, ..TextOptions::default() }, fonts) }
+        Typesetter { fonts: Fonts::new(TextOptions { color_transfer_function, ..TextOptions::default() }, fonts) }
     }
 
     /// The width of a line of text, pixels.
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn words_leave_ink_within_their_width() {
         let mut canvas = Canvas::new(200, 40, [255; 3]);
-        let mut letters = Type::new();
+        let mut letters = Typesetter::new();
         let width = letters.width("1 − SSIM", 15.0);
         letters.draw(&mut canvas, (190, 10), (15.0, Align::Right), [0; 3], "1 − SSIM");
         let dark = |x: usize| (0..40).any(|y| canvas.rgb[3 * (y * 200 + x)] < 128);

@@ -92,22 +92,23 @@ fn left_out(out: &mut String, summary: &[Summary], columns: Columns<'_>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::report::SceneLeftOut;
+    use crate::compare::report::SceneWithoutRatio;
 
     #[test]
     fn a_reader_sees_who_has_no_vote() {
-        let summary_of = |measure: &str, scenes: usize, geomean: Option<f64>, left_out: Vec<SceneLeftOut>| Summary {
-            method: "stereo".to_owned(),
-            spp: 1,
-            fallback: "black".to_owned(),
-            measure: measure.to_owned(),
-            geomean,
-            interval: None,
-            worst: geomean,
-            scenes,
-            left_out,
-        };
-        let wine = || SceneLeftOut {
+        let summary_of =
+            |measure: &str, scenes: usize, geomean: Option<f64>, left_out: Vec<SceneWithoutRatio>| Summary {
+                method: "stereo".to_owned(),
+                spp: 1,
+                fallback: "black".to_owned(),
+                measure: measure.to_owned(),
+                geomean,
+                interval: None,
+                worst: geomean,
+                scenes,
+                left_out,
+            };
+        let wine = || SceneWithoutRatio {
             scene: "wine".to_owned(),
             why: "the baseline's is 0, so there is nothing to divide by".to_owned(),
         };

@@ -14,7 +14,7 @@ use crate::gpu::{ComputePass, Filter, Frame, Gpu, GpuError, Image, ImageDesc, Sa
 /// Push constants of `desk.comp`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Desk {
+struct ComposeConstants {
     picture: [i32; 4],
     patch: [i32; 4],
     window: [i32; 2],
@@ -24,7 +24,7 @@ struct Desk {
     patch_value: f32,
 }
 
-const _: () = assert!(size_of::<Desk>() == 56, "as the shader has it, and at most 128 bytes");
+const _: () = assert!(size_of::<ComposeConstants>() == 56, "as the shader has it, and at most 128 bytes");
 
 /// The picture in an eye's view.
 #[derive(Clone, Copy)]
@@ -118,7 +118,7 @@ impl Composer {
         };
         let pass = self.pass([parts.mode as u32, kind, sampling, u32::from(is_encoded)])?;
         let side = (height / 12).max(16) as i32;
-        let desk = Desk {
+        let desk = ComposeConstants {
             picture: parts.place.map(|v| v as i32),
             patch: [0, height as i32 - side, if parts.patch.is_some() { side } else { 0 }, side],
             window: [width as i32, height as i32],

@@ -9,7 +9,7 @@ use std::io::Read;
 
 /// What somebody did with a gamepad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Moved {
+pub enum GamepadInput {
     /// The stick was moved: −1 to the left or up, 1 to the right or down.
     Step(i32),
     /// The first button was pressed.
@@ -44,7 +44,7 @@ pub struct Joysticks {
 
 impl Joysticks {
     /// What was done with any gamepad since the last call.
-    pub fn take(&mut self) -> Vec<Moved> {
+    pub fn take(&mut self) -> Vec<GamepadInput> {
         if !self.has_looked {
             self.has_looked = true;
             self.open = (0..4).filter_map(|n| open(&format!("/dev/input/js{n}"))).collect();
@@ -57,7 +57,7 @@ impl Joysticks {
 
 impl Joystick {
     /// Reads all waiting events; returns false if the gamepad was unplugged.
-    fn read(&mut self, moved: &mut Vec<Moved>) -> bool {
+    fn read(&mut self, moved: &mut Vec<GamepadInput>) -> bool {
         let mut event = [0; EVENT_BYTES];
         loop {
             match self.file.read(&mut event) {
@@ -68,16 +68,16 @@ impl Joystick {
         }
     }
 
-    fn handle(&mut self, event: [u8; EVENT_BYTES]) -> Option<Moved> {
+    fn handle(&mut self, event: [u8; EVENT_BYTES]) -> Option<GamepadInput> {
         let value = i16::from_le_bytes([event[4], event[5]]);
         match (event[6], event[7]) {
-            (BUTTON, FIRST_BUTTON) if value == 1 => Some(Moved::Press),
-            (BUTTON, n) if value == 1 && START_BUTTONS.contains(&n) => Some(Moved::Pause),
+            (BUTTON, FIRST_BUTTON) if value == 1 => Some(GamepadInput::Press),
+            (BUTTON, n) if value == 1 && START_BUTTONS.contains(&n) => Some(GamepadInput::Pause),
             (AXIS, n) => {
                 let was = self.pushed[n as usize];
                 let is = value.saturating_abs() > if was { RELEASED } else { PUSHED };
                 self.pushed[n as usize] = is;
-                (is && !was).then_some(Moved::Step(if value < 0 { -1 } else { 1 }))
+                (is && !was).then_some(GamepadInput::Step(if value < 0 { -1 } else { 1 }))
             }
             _ => None,
         }
@@ -110,13 +110,13 @@ mod tests {
             stick.handle([0, 0, 0, 0, low, high, kind, number])
         };
         assert_eq!(event(AXIS, 0, 10_000), None);
-        assert_eq!(event(AXIS, 0, -32_767), Some(Moved::Step(-1)));
+        assert_eq!(event(AXIS, 0, -32_767), Some(GamepadInput::Step(-1)));
         assert_eq!(event(AXIS, 0, -15_000), None);
         assert_eq!(event(AXIS, 0, 0), None);
-        assert_eq!(event(AXIS, 0, 32_767), Some(Moved::Step(1)));
-        assert_eq!(event(BUTTON, 0, 1), Some(Moved::Press));
+        assert_eq!(event(AXIS, 0, 32_767), Some(GamepadInput::Step(1)));
+        assert_eq!(event(BUTTON, 0, 1), Some(GamepadInput::Press));
         assert_eq!(event(BUTTON, 0, 0), None);
-        assert_eq!(event(BUTTON, 7, 1), Some(Moved::Pause));
+        assert_eq!(event(BUTTON, 7, 1), Some(GamepadInput::Pause));
         // The kernel reports the initial state as events, which nobody caused.
         assert_eq!(event(BUTTON | 0x80, 0, 1), None);
     }

@@ -21,14 +21,14 @@ use crate::study::protocol::{Input, Page, Screen};
 
 /// What a key leads to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Does {
+pub enum KeyEffect {
     Input(Input),
     /// The mark moves to this target.
     Mark(usize),
 }
 
 /// The screen on which a key was pressed, and what is marked on it.
-pub struct Place<'a> {
+pub struct KeyContext<'a> {
     pub screen: &'a Screen,
     pub content: &'a Content,
     pub targets: &'a [Target],
@@ -36,10 +36,10 @@ pub struct Place<'a> {
     pub mark: Option<usize>,
 }
 
-impl Place<'_> {
+impl KeyContext<'_> {
     /// The effect of a key; none: it means nothing here.
-    pub fn does(&self, key: &Key, modifiers: ModifiersState) -> Option<Does> {
-        let input = |input| Some(Does::Input(input));
+    pub fn effect(&self, key: &Key, modifiers: ModifiersState) -> Option<KeyEffect> {
+        let input = |input| Some(KeyEffect::Input(input));
         let (control, shift) = (modifiers.control_key(), modifiers.shift_key());
         if control {
             return match (key, shift) {
@@ -56,7 +56,7 @@ impl Place<'_> {
             Key::Named(NamedKey::Enter | NamedKey::Space) => self.press(),
             Key::Named(NamedKey::Backspace) => {
                 let declines = self.targets.iter().any(|t| t.input == Input::Decline);
-                declines.then_some(Does::Input(Input::Decline))
+                declines.then_some(KeyEffect::Input(Input::Decline))
             }
             Key::Named(NamedKey::Tab) => self.step(if shift { -1 } else { 1 }),
             Key::Named(NamedKey::ArrowLeft | NamedKey::ArrowUp) => self.step(-1),
@@ -68,32 +68,32 @@ impl Place<'_> {
     }
 
     /// Pause, unless the session is paused already.
-    pub fn pause(&self) -> Option<Does> {
+    pub fn pause(&self) -> Option<KeyEffect> {
         let is_paused = *self.screen == Screen::Page(Page::Paused);
-        (!is_paused).then_some(Does::Input(Input::Pause { by_operator: false }))
+        (!is_paused).then_some(KeyEffect::Input(Input::Pause { by_operator: false }))
     }
 
     /// Choose the alternative of this number, if there is one.
-    pub fn choose(&self, choice: u32) -> Option<Does> {
-        ((choice as usize) < self.content.choices_of(self.screen)).then_some(Does::Input(Input::Choose(choice)))
+    pub fn choose(&self, choice: u32) -> Option<KeyEffect> {
+        ((choice as usize) < self.content.choices_of(self.screen)).then_some(KeyEffect::Input(Input::Choose(choice)))
     }
 
     /// Press the marked target; without a mark, the button that goes on from a page. On a panel, a choice that was made
     /// is confirmed wherever the pointer is.
-    pub fn press(&self) -> Option<Does> {
+    pub fn press(&self) -> Option<KeyEffect> {
         if let Screen::Panel { chosen: Some(_), .. } = self.screen {
-            return Some(Does::Input(Input::Confirm));
+            return Some(KeyEffect::Input(Input::Confirm));
         }
         let marked = self.mark.and_then(|mark| self.targets.get(mark));
         let plain = || {
             let on = |t: &&Target| matches!(t.input, Input::Confirm | Input::Continue);
             self.targets.iter().find(on)
         };
-        marked.or_else(plain).map(|target| Does::Input(target.input.clone()))
+        marked.or_else(plain).map(|target| KeyEffect::Input(target.input.clone()))
     }
 
     /// Moves the choice on a panel, and the mark elsewhere.
-    pub fn step(&self, by: i32) -> Option<Does> {
+    pub fn step(&self, by: i32) -> Option<KeyEffect> {
         let next = |at: Option<usize>, n: usize| match at {
             None if by > 0 => 0,
             None => n - 1,
@@ -101,9 +101,9 @@ impl Place<'_> {
         };
         if let Screen::Panel { chosen, .. } = self.screen {
             let n = self.content.choices.len();
-            return (n > 0).then(|| Does::Input(Input::Choose(next(chosen.map(|c| c as usize), n) as u32)));
+            return (n > 0).then(|| KeyEffect::Input(Input::Choose(next(chosen.map(|c| c as usize), n) as u32)));
         }
         let n = self.targets.len();
-        (n > 0).then(|| Does::Mark(next(self.mark, n)))
+        (n > 0).then(|| KeyEffect::Mark(next(self.mark, n)))
     }
 }

@@ -18,19 +18,19 @@ use cyclopean_analysis::{escape, terminal};
 
 use super::content::Content;
 use super::panel::View;
-use super::{Display, DisplayError, DisplayInfo, StimulusFiles, Timed};
+use super::{Display, DisplayError, DisplayInfo, StimulusFiles, TimedEvent};
 use crate::gpu::Image;
 use crate::study::protocol::{Event, Input, Screen};
 
 pub use compose::{Composer, Composition, Picture, fit};
 pub use options::{DesktopOptions, Mode};
 pub use pacer::Pacer;
-pub use shell::{Happened, MonitorInfo, ShellError, monitors};
+pub use shell::{MonitorInfo, ShellError, ShellEvent, monitors};
 pub use stage::{Rate, Stage, StageError};
 
-use joystick::{Joysticks, Moved};
-use keys::{Does, Place};
-use words::Written;
+use joystick::{GamepadInput, Joysticks};
+use keys::{KeyContext, KeyEffect};
+use words::WordImages;
 
 const DISPLAY: &str = "desktop";
 
@@ -41,7 +41,7 @@ pub struct Desktop {
     content: Option<Content>,
     /// Uploaded pictures, by stimulus and frame.
     stills: Vec<Vec<Image>>,
-    written: Option<Written>,
+    word_images: Option<WordImages>,
     /// The view that is in the window now.
     shown: Option<View>,
     screen: Screen,
@@ -51,7 +51,7 @@ pub struct Desktop {
     pending: VecDeque<Event>,
     joysticks: Joysticks,
     frame_is_due: bool,
-    hz_said: f64,
+    hz_reported: f64,
     stage: Stage,
 }
 
@@ -64,12 +64,12 @@ impl Desktop {
         let stage = Stage::open(&options)?;
         let info = information(&options, &stage);
         Ok(Desktop {
-            hz_said: info.nominal_hz,
+            hz_reported: info.nominal_hz,
             options,
             info,
             content: None,
             stills: Vec::new(),
-            written: None,
+            word_images: None,
             shown: None,
             screen: Screen::Blank,
             hover: None,
@@ -86,60 +86,62 @@ impl Desktop {
     /// # Errors
     /// The words cannot be drawn.
     pub fn begin(&mut self, content: Content, start_ns: u64) -> Result<(), DisplayError> {
-        self.written = Some(Written::new(self.stage.gpu(), &content, &self.options).map_err(failed)?);
+        self.word_images = Some(WordImages::new(self.stage.gpu(), &content, &self.options).map_err(failed)?);
         self.content = Some(content);
         self.stage.start_clock(start_ns);
         Ok(())
     }
 
-    fn happened(&mut self, happened: Happened) {
-        let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
-        let place = Place { screen: &self.screen, content, targets: &written.drawn().targets, mark: self.hover };
-        let does = match happened {
-            Happened::Key { is_repeat: true, .. } => None,
-            Happened::Key { key, modifiers, .. } => place.does(&key, modifiers),
-            Happened::Pointer(at) => {
+    fn handle(&mut self, event: ShellEvent) {
+        let (Some(content), Some(word_images)) = (&self.content, &self.word_images) else { return };
+        let context =
+            KeyContext { screen: &self.screen, content, targets: &word_images.drawn().targets, mark: self.hover };
+        let effect = match event {
+            ShellEvent::Key { is_repeat: true, .. } => None,
+            ShellEvent::Key { key, modifiers, .. } => context.effect(&key, modifiers),
+            ShellEvent::Pointer(at) => {
                 let size = self.stage.size().unwrap_or((1, 1));
-                self.hover = written.drawn().at(self.options.mode.place(at, size));
+                self.hover = word_images.drawn().at(self.options.mode.place(at, size));
                 None
             }
-            Happened::Click => self.hover.and_then(|mark| written.drawn().input(mark)).map(Does::Input),
-            Happened::Focus(has) => {
+            ShellEvent::Click => self.hover.and_then(|mark| word_images.drawn().input(mark)).map(KeyEffect::Input),
+            ShellEvent::Focus(has) => {
                 self.pending.push_back(Event::Focus(has));
                 None
             }
-            Happened::Visible(is) => {
+            ShellEvent::Visible(is) => {
                 self.pending.push_back(Event::Visible(is));
                 None
             }
-            Happened::Resized => {
+            ShellEvent::Resized => {
                 self.shown = None;
                 None
             }
-            Happened::Close => Some(Does::Input(Input::Quit)),
-            Happened::KeyUp(_) | Happened::Release | Happened::Moved(_) | Happened::Gone => None,
+            ShellEvent::Close => Some(KeyEffect::Input(Input::Quit)),
+            ShellEvent::KeyUp(_) | ShellEvent::Release | ShellEvent::Moved(_) | ShellEvent::Gone => None,
         };
-        self.do_it(does);
+        self.apply(effect);
     }
 
     /// Takes the gamepads' events: a stick moves the choice, its first button confirms, its start button pauses.
     fn look_at_joysticks(&mut self) {
         for moved in self.joysticks.take() {
-            let (Some(content), Some(written)) = (&self.content, &self.written) else { return };
-            let place = Place { screen: &self.screen, content, targets: &written.drawn().targets, mark: self.hover };
-            let does = match moved {
-                Moved::Step(by) => place.step(by),
-                Moved::Press => place.press(),
-                Moved::Pause => place.pause(),
+            let (Some(content), Some(word_images)) = (&self.content, &self.word_images) else { return };
+            let context =
+                KeyContext { screen: &self.screen, content, targets: &word_images.drawn().targets, mark: self.hover };
+            let effect = match moved {
+                GamepadInput::Step(by) => context.step(by),
+                GamepadInput::Press => context.press(),
+                GamepadInput::Pause => context.pause(),
             };
-            self.do_it(does);
+            self.apply(effect);
         }
     }
 
-    fn do_it(&mut self, does: Option<Does>) {
-        match does {
-            Some(Does::Input(input)) => self.pending.push_back(Event::Input(input)),
-            Some(Does::Mark(target)) => self.hover = Some(target),
+    fn apply(&mut self, effect: Option<KeyEffect>) {
+        match effect {
+            Some(KeyEffect::Input(input)) => self.pending.push_back(Event::Input(input)),
+            Some(KeyEffect::Mark(target)) => self.hover = Some(target),
             None => {}
         }
     }
@@ -166,7 +168,8 @@ impl Desktop {
 
     /// Composes the window's picture if it differs from the one shown.
     fn compose(&mut self) -> Result<(), DisplayError> {
-        let (Some(content), Some(written), Some(size)) = (&self.content, &mut self.written, self.stage.size()) else {
+        let (Some(content), Some(word_images), Some(size)) = (&self.content, &mut self.word_images, self.stage.size())
+        else {
             return Ok(());
         };
         let mut view = View { hover: self.hover, ..View::of(&self.screen) };
@@ -178,7 +181,7 @@ impl Desktop {
             return Ok(());
         }
         let eye_view = self.options.mode.view(size);
-        let words = written.draw(content, &view, eye_view).map_err(failed)?;
+        let words = word_images.draw(content, &view, eye_view).map_err(failed)?;
         let (picture, shape) = match self.screen {
             Screen::Stimulus { presentation, stimulus, reference, frame, .. } => {
                 let eye = content.presentations.get(presentation as usize).map_or(0, |p| p.eye);
@@ -197,7 +200,7 @@ impl Desktop {
             _ => (Picture::None, (1, 1)),
         };
         let most = (content.quad_deg * f64::from(self.options.px_per_degree)) as u32;
-        let place = fit(eye_view, shape, most.max(16), Written::letter_px(content, &self.options));
+        let place = fit(eye_view, shape, most.max(16), WordImages::letter_px(content, &self.options));
         let is_stimulus = matches!(self.screen, Screen::Stimulus { .. });
         let parts = Composition {
             mode: self.options.mode,
@@ -210,7 +213,7 @@ impl Desktop {
         };
         self.stage.compose(&parts).map_err(lost)?;
         let points =
-            !written.drawn().targets.is_empty() && !matches!(self.options.mode, Mode::SideBySide | Mode::Crossed);
+            !word_images.drawn().targets.is_empty() && !matches!(self.options.mode, Mode::SideBySide | Mode::Crossed);
         self.stage.show_pointer(points);
         self.shown = Some(view);
         Ok(())
@@ -227,26 +230,26 @@ impl Display for Desktop {
         self.warm_up()
     }
 
-    fn wait(&mut self, _idle_frames: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, _idle_frames: u64) -> Result<TimedEvent, DisplayError> {
         self.look_at_joysticks();
         loop {
             if let Some(event) = self.pending.pop_front() {
-                return Ok(Timed { now_ns: self.stage.now_ns(), event });
+                return Ok(TimedEvent { now_ns: self.stage.now_ns(), event });
             }
             match self.stage.wait().map_err(lost)? {
-                Some(happened) => self.happened(happened),
+                Some(event) => self.handle(event),
                 None => break,
             }
         }
         if let Some(hz) = self.stage.monitor().and_then(|m| m.hz).filter(|_| self.options.hz.is_none())
-            && (hz - self.hz_said).abs() > 0.5
+            && (hz - self.hz_reported).abs() > 0.5
         {
-            self.hz_said = hz;
-            return Ok(Timed { now_ns: self.stage.now_ns(), event: Event::RefreshRate(hz) });
+            self.hz_reported = hz;
+            return Ok(TimedEvent { now_ns: self.stage.now_ns(), event: Event::RefreshRate(hz) });
         }
         let (at_ns, rendered) = self.stage.frame();
         self.frame_is_due = true;
-        Ok(Timed { now_ns: self.stage.now_ns(), event: Event::Frame { at_ns, rendered } })
+        Ok(TimedEvent { now_ns: self.stage.now_ns(), event: Event::Frame { at_ns, rendered } })
     }
 
     fn present(&mut self, screen: &Screen) -> Result<(), DisplayError> {

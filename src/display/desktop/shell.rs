@@ -17,7 +17,7 @@ use super::options::DesktopOptions;
 
 /// What happened to the window.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Happened {
+pub enum ShellEvent {
     /// A key was pressed; `is_repeat`: it is being held.
     Key {
         key: Key,
@@ -83,7 +83,7 @@ pub struct Shell {
 
 struct Handler {
     options: DesktopOptions,
-    happened: VecDeque<Happened>,
+    queue: VecDeque<ShellEvent>,
     modifiers: ModifiersState,
     monitors: Vec<MonitorInfo>,
     /// The monitor on which the window was opened.
@@ -102,7 +102,7 @@ impl Shell {
         let events = event_loop(options.is_beside)?;
         let handler = Handler {
             options: options.clone(),
-            happened: VecDeque::new(),
+            queue: VecDeque::new(),
             modifiers: ModifiersState::empty(),
             monitors: Vec::new(),
             monitor: None,
@@ -136,13 +136,13 @@ impl Shell {
     /// Collects what happened, and waits for it at most this long.
     pub fn pump(&mut self, at_most: Duration) {
         if let PumpStatus::Exit(_) = self.events.pump_app_events(Some(at_most), &mut self.handler) {
-            self.handler.happened.push_back(Happened::Gone);
+            self.handler.queue.push_back(ShellEvent::Gone);
         }
     }
 
     /// Takes the oldest event that was not taken yet.
-    pub fn take(&mut self) -> Option<Happened> {
-        self.handler.happened.pop_front()
+    pub fn take(&mut self) -> Option<ShellEvent> {
+        self.handler.queue.pop_front()
     }
 
     /// Size of the window, pixels; none while it has no area.
@@ -203,22 +203,22 @@ fn event_loop(is_beside: bool) -> Result<EventLoop<()>, ShellError> {
 /// # Errors
 /// [`ShellError::NoDesktop`].
 pub fn monitors() -> Result<Vec<MonitorInfo>, ShellError> {
-    struct Looker(Vec<MonitorInfo>);
-    impl ApplicationHandler for Looker {
+    struct MonitorQuery(Vec<MonitorInfo>);
+    impl ApplicationHandler for MonitorQuery {
         fn resumed(&mut self, events: &ActiveEventLoop) {
             self.0 = events.available_monitors().map(|m| MonitorInfo::of(&m)).collect();
         }
         fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, _: WindowEvent) {}
     }
-    let mut looker = Looker(Vec::new());
+    let mut query = MonitorQuery(Vec::new());
     let mut events = event_loop(false)?;
     for _ in 0..20 {
-        events.pump_app_events(Some(Duration::from_millis(10)), &mut looker);
-        if !looker.0.is_empty() {
+        events.pump_app_events(Some(Duration::from_millis(10)), &mut query);
+        if !query.0.is_empty() {
             break;
         }
     }
-    Ok(looker.0)
+    Ok(query.0)
 }
 
 impl Handler {
@@ -251,7 +251,7 @@ impl Handler {
     fn set_minimized(&mut self, is_minimized: bool) {
         if self.is_minimized != is_minimized {
             self.is_minimized = is_minimized;
-            self.happened.push_back(Happened::Visible(!is_minimized));
+            self.queue.push_back(ShellEvent::Visible(!is_minimized));
         }
     }
 }
@@ -267,40 +267,42 @@ impl ApplicationHandler for Handler {
     }
 
     fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let happened = match event {
+        let shell_event = match event {
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
-                Happened::Key { key: event.logical_key, modifiers: self.modifiers, is_repeat: event.repeat }
+                ShellEvent::Key { key: event.logical_key, modifiers: self.modifiers, is_repeat: event.repeat }
             }
-            WindowEvent::KeyboardInput { event, .. } => Happened::KeyUp(event.logical_key),
+            WindowEvent::KeyboardInput { event, .. } => ShellEvent::KeyUp(event.logical_key),
             WindowEvent::ModifiersChanged(modifiers) => {
                 self.modifiers = modifiers.state();
                 return;
             }
-            WindowEvent::CursorMoved { position, .. } => Happened::Pointer([position.x as f32, position.y as f32]),
-            WindowEvent::CursorLeft { .. } => Happened::Pointer([-1.0, -1.0]),
-            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. } => Happened::Click,
-            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. } => {
-                Happened::Release
+            WindowEvent::CursorMoved { position, .. } => ShellEvent::Pointer([position.x as f32, position.y as f32]),
+            WindowEvent::CursorLeft { .. } => ShellEvent::Pointer([-1.0, -1.0]),
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. } => {
+                ShellEvent::Click
             }
-            WindowEvent::Focused(has) => Happened::Focus(has),
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. } => {
+                ShellEvent::Release
+            }
+            WindowEvent::Focused(has) => ShellEvent::Focus(has),
             WindowEvent::Occluded(is) => {
                 self.set_minimized(is);
                 return;
             }
             WindowEvent::Resized(size) => {
                 self.set_minimized(size.width == 0 || size.height == 0);
-                Happened::Resized
+                ShellEvent::Resized
             }
-            WindowEvent::CloseRequested => Happened::Close,
-            WindowEvent::Destroyed => Happened::Gone,
+            WindowEvent::CloseRequested => ShellEvent::Close,
+            WindowEvent::Destroyed => ShellEvent::Gone,
             _ => return,
         };
-        self.happened.push_back(happened);
+        self.queue.push_back(shell_event);
     }
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
         if let DeviceEvent::MouseMotion { delta } = event {
-            self.happened.push_back(Happened::Moved([delta.0 as f32, delta.1 as f32]));
+            self.queue.push_back(ShellEvent::Moved([delta.0 as f32, delta.1 as f32]));
         }
     }
 }

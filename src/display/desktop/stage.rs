@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use super::compose::{Composer, Composition};
 use super::options::DesktopOptions;
 use super::pacer::Pacer;
-use super::shell::{Happened, MonitorInfo, Shell, ShellError};
-use crate::gpu::{Gpu, GpuError, GpuOptions, Image, OwnDevice, Shown, Surface, Swapchain, WithSurface};
+use super::shell::{MonitorInfo, Shell, ShellError, ShellEvent};
+use crate::gpu::{Gpu, GpuError, GpuOptions, Image, OwnDevice, PresentOutcome, Surface, Swapchain, WithSurface};
 
 /// Why a stage cannot be opened, or why it was lost.
 #[derive(Debug, thiserror::Error)]
@@ -110,8 +110,8 @@ impl Stage {
             self.fit()?;
             let Some(picture) = &self.picture else { continue };
             match self.chain.present(picture)? {
-                Shown::Queued(_) => times.push(Instant::now()),
-                Shown::Stale => self.picture = None,
+                PresentOutcome::Queued(_) => times.push(Instant::now()),
+                PresentOutcome::Stale => self.picture = None,
             }
         }
         // The first frames only fill the queue.
@@ -203,21 +203,21 @@ impl Stage {
     ///
     /// # Errors
     /// The window, its monitor or the device is gone.
-    pub fn wait(&mut self) -> Result<Option<Happened>, StageError> {
+    pub fn wait(&mut self) -> Result<Option<ShellEvent>, StageError> {
         loop {
             self.shell.pump(Duration::ZERO);
             match self.shell.take() {
-                Some(Happened::Gone) => return Err(StageError::Gone),
-                Some(Happened::Resized) => {
+                Some(ShellEvent::Gone) => return Err(StageError::Gone),
+                Some(ShellEvent::Resized) => {
                     if self.fit()? {
-                        return Ok(Some(Happened::Resized));
+                        return Ok(Some(ShellEvent::Resized));
                     }
                     continue;
                 }
-                Some(Happened::Visible(is)) => {
+                Some(ShellEvent::Visible(is)) => {
                     self.is_visible = is;
                     self.pacer.reset();
-                    return Ok(Some(Happened::Visible(is)));
+                    return Ok(Some(ShellEvent::Visible(is)));
                 }
                 Some(other) => return Ok(Some(other)),
                 None => {}
@@ -226,7 +226,7 @@ impl Stage {
                 self.look_at_monitor()?;
             }
             if self.fit()? {
-                return Ok(Some(Happened::Resized));
+                return Ok(Some(ShellEvent::Resized));
             }
             let (now, wake) = (self.now_ns(), self.pacer.wake_ns());
             let wake = if self.is_visible { wake } else { wake.max(now) };
@@ -294,8 +294,8 @@ impl Stage {
             return Ok(());
         };
         match self.chain.present(picture)? {
-            Shown::Queued(number) => self.last_queued = Some(number),
-            Shown::Stale => self.was_stale = true,
+            PresentOutcome::Queued(number) => self.last_queued = Some(number),
+            PresentOutcome::Stale => self.was_stale = true,
         }
         Ok(())
     }

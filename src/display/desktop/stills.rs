@@ -12,7 +12,7 @@ use crate::picture;
 /// Both eyes' display values, layer 0 left and 1 right, by stimulus: one image for a still, one for each frame of a
 /// moving stimulus.
 pub fn load(gpu: &Rc<Gpu>, stimuli: &[StimulusFiles], display: &'static str) -> Result<Vec<Vec<Image>>, DisplayError> {
-    memory::check(gpu, stimuli, memory::Levels::One).map_err(|what| DisplayError { display, what })?;
+    memory::check(gpu, stimuli, memory::MipLevels::One).map_err(|what| DisplayError { display, what })?;
     let frames = |files: &StimulusFiles| files.frames.iter().map(|path| frame(gpu, path, display)).collect();
     stimuli.iter().map(frames).collect()
 }

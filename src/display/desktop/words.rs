@@ -6,32 +6,32 @@ use cyclopean_analysis::journal::record::Shown;
 
 use super::options::{DesktopOptions, Mode};
 use crate::display::content::Content;
-use crate::display::panel::{Drawn, Panel, View, em_px};
+use crate::display::panel::{DrawnView, Panel, View, em_px};
 use crate::gpu::{Gpu, GpuError, Image};
 use crate::study::protocol::Screen;
 
 /// The panel's drawer, with the pictures that it has drawn.
-pub(super) struct Written {
+pub(super) struct WordImages {
     /// Pages and panels, drawn again at each change.
     page: Option<Image>,
     /// The words over the blank frame, a stimulus, stimulus A and stimulus B: drawn once, so that a toggle draws
     /// nothing.
     kept: [Option<Image>; 4],
-    drawn: Drawn,
+    drawn: DrawnView,
     letter_at: Option<f32>,
     panel: Panel,
 }
 
-impl Written {
-    pub fn new(gpu: &Rc<Gpu>, content: &Content, options: &DesktopOptions) -> Result<Written, GpuError> {
+impl WordImages {
+    pub fn new(gpu: &Rc<Gpu>, content: &Content, options: &DesktopOptions) -> Result<WordImages, GpuError> {
         let mut panel = Panel::new(gpu, options.px_per_degree, content.font.as_deref(), true)?;
         if options.mode == Mode::HalfSideBySide {
             // Two columns of an eye's view are one pixel of the monitor.
             panel.set_dot_px(2);
         }
-        let letter_at = Written::letter_px(content, options);
+        let letter_at = WordImages::letter_px(content, options);
         let letter_at = (letter_at > 0).then_some(letter_at as f32 / 2.0);
-        Ok(Written { page: None, kept: [None, None, None, None], drawn: Drawn::default(), letter_at, panel })
+        Ok(WordImages { page: None, kept: [None, None, None, None], drawn: DrawnView::default(), letter_at, panel })
     }
 
     /// Height that the letters A and B need below a stimulus, pixels; 0 where there are none.
@@ -40,7 +40,7 @@ impl Written {
     }
 
     /// What can be pointed at in the last picture.
-    pub fn drawn(&self) -> &Drawn {
+    pub fn drawn(&self) -> &DrawnView {
         &self.drawn
     }
 
@@ -66,7 +66,7 @@ impl Written {
             self.drawn = self.panel.draw(content, &view, &image)?;
             return Ok(self.page.insert(image));
         };
-        self.drawn = Drawn::default();
+        self.drawn = DrawnView::default();
         let image = match self.kept[place].take() {
             Some(image) => image,
             None => {

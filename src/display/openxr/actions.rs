@@ -4,7 +4,7 @@ use openxr as xr;
 
 use super::headset::Spaces;
 use super::place::Pose;
-use super::runtime::{Runtime, Said};
+use super::runtime::{CallContext, Runtime};
 use crate::display::DisplayError;
 
 /// A stick that was pushed this far moves a choice once. It must come back to `RELEASED` before it moves another.
@@ -13,7 +13,7 @@ const RELEASED: f32 = 0.3;
 
 /// What was done with the controllers since the last look.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Done {
+pub(super) struct ControllerInput {
     pub confirm: bool,
     pub pause: bool,
     pub recentre: bool,
@@ -40,7 +40,7 @@ pub(super) struct Actions {
 }
 
 #[derive(Clone, Copy)]
-enum To {
+enum BoundAction {
     Confirm,
     Pause,
     Recentre,
@@ -50,54 +50,70 @@ enum To {
 
 /// An interaction profile, its bindings for both hands, and those for each hand; every profile has aim and haptics.
 /// Paths: section 6.4 and the extensions.
-type Profile = (&'static str, &'static [(To, &'static str)], [&'static [(To, &'static str)]; 2]);
+type InteractionProfile =
+    (&'static str, &'static [(BoundAction, &'static str)], [&'static [(BoundAction, &'static str)]; 2]);
 
-const PROFILES: &[Profile] = &[
-    ("khr/simple_controller", &[(To::Confirm, "select/click"), (To::Pause, "menu/click")], [&[], &[]]),
+const PROFILES: &[InteractionProfile] = &[
+    (
+        "khr/simple_controller",
+        &[(BoundAction::Confirm, "select/click"), (BoundAction::Pause, "menu/click")],
+        [&[], &[]],
+    ),
     (
         "valve/index_controller",
         &[
-            (To::Confirm, "trigger/click"),
-            (To::Confirm, "a/click"),
-            (To::Pause, "b/click"),
-            (To::Stick, "thumbstick"),
-            (To::Recentre, "thumbstick/click"),
+            (BoundAction::Confirm, "trigger/click"),
+            (BoundAction::Confirm, "a/click"),
+            (BoundAction::Pause, "b/click"),
+            (BoundAction::Stick, "thumbstick"),
+            (BoundAction::Recentre, "thumbstick/click"),
         ],
         [&[], &[]],
     ),
     (
         "oculus/touch_controller",
-        &[(To::Confirm, "trigger/value"), (To::Stick, "thumbstick"), (To::Recentre, "thumbstick/click")],
+        &[
+            (BoundAction::Confirm, "trigger/value"),
+            (BoundAction::Stick, "thumbstick"),
+            (BoundAction::Recentre, "thumbstick/click"),
+        ],
         [
-            &[(To::Confirm, "x/click"), (To::Pause, "y/click"), (To::Pause, "menu/click")],
-            &[(To::Confirm, "a/click"), (To::Pause, "b/click")],
+            &[(BoundAction::Confirm, "x/click"), (BoundAction::Pause, "y/click"), (BoundAction::Pause, "menu/click")],
+            &[(BoundAction::Confirm, "a/click"), (BoundAction::Pause, "b/click")],
         ],
     ),
     (
         "htc/vive_controller",
         &[
-            (To::Confirm, "trigger/click"),
-            (To::Pause, "menu/click"),
-            (To::Stick, "trackpad"),
-            (To::Press, "trackpad/click"),
-            (To::Recentre, "squeeze/click"),
+            (BoundAction::Confirm, "trigger/click"),
+            (BoundAction::Pause, "menu/click"),
+            (BoundAction::Stick, "trackpad"),
+            (BoundAction::Press, "trackpad/click"),
+            (BoundAction::Recentre, "squeeze/click"),
         ],
         [&[], &[]],
     ),
     (
         "microsoft/motion_controller",
         &[
-            (To::Confirm, "trigger/value"),
-            (To::Pause, "menu/click"),
-            (To::Stick, "thumbstick"),
-            (To::Recentre, "thumbstick/click"),
+            (BoundAction::Confirm, "trigger/value"),
+            (BoundAction::Pause, "menu/click"),
+            (BoundAction::Stick, "thumbstick"),
+            (BoundAction::Recentre, "thumbstick/click"),
         ],
         [&[], &[]],
     ),
     (
         "bytedance/pico4_controller",
-        &[(To::Confirm, "trigger/value"), (To::Stick, "thumbstick"), (To::Recentre, "thumbstick/click")],
-        [&[(To::Confirm, "x/click"), (To::Pause, "y/click")], &[(To::Confirm, "a/click"), (To::Pause, "b/click")]],
+        &[
+            (BoundAction::Confirm, "trigger/value"),
+            (BoundAction::Stick, "thumbstick"),
+            (BoundAction::Recentre, "thumbstick/click"),
+        ],
+        [
+            &[(BoundAction::Confirm, "x/click"), (BoundAction::Pause, "y/click")],
+            &[(BoundAction::Confirm, "a/click"), (BoundAction::Pause, "b/click")],
+        ],
     ),
 ];
 
@@ -106,19 +122,20 @@ const HANDS: [&str; 2] = ["/user/hand/left", "/user/hand/right"];
 impl Actions {
     /// Makes the set, suggests bindings, and attaches it to the session, which is possible only once (section 11.2).
     pub fn new(runtime: &Runtime, session: &xr::Session<xr::Vulkan>) -> Result<Actions, DisplayError> {
-        let path = |text: &str| runtime.instance.string_to_path(text).said("xrStringToPath");
+        let path = |text: &str| runtime.instance.string_to_path(text).in_call("xrStringToPath");
         let hands = [path(HANDS[0])?, path(HANDS[1])?];
-        let set = runtime.instance.create_action_set("answers", "Answers", 0).said("xrCreateActionSet")?;
+        let set = runtime.instance.create_action_set("answers", "Answers", 0).in_call("xrCreateActionSet")?;
         fn make<T: xr::ActionTy>(
             set: &xr::ActionSet,
             hands: &[xr::Path; 2],
             name: &str,
             words: &str,
         ) -> Result<xr::Action<T>, DisplayError> {
-            set.create_action(name, words, hands).said("xrCreateAction")
+            set.create_action(name, words, hands).in_call("xrCreateAction")
         }
         let aim: xr::Action<xr::Posef> = make(&set, &hands, "aim", "Point at the panel")?;
-        let ray = |hand: usize| aim.create_space(session, hands[hand], xr::Posef::IDENTITY).said("xrCreateActionSpace");
+        let ray =
+            |hand: usize| aim.create_space(session, hands[hand], xr::Posef::IDENTITY).in_call("xrCreateActionSpace");
         let rays = [ray(0)?, ray(1)?];
         let actions = Actions {
             confirm: make(&set, &hands, "confirm", "Confirm")?,
@@ -136,25 +153,25 @@ impl Actions {
         for profile in PROFILES {
             actions.suggest(runtime, profile)?;
         }
-        session.attach_action_sets(&[&actions.set]).said("xrAttachSessionActionSets")?;
+        session.attach_action_sets(&[&actions.set]).in_call("xrAttachSessionActionSets")?;
         Ok(actions)
     }
 
-    fn suggest(&self, runtime: &Runtime, (profile, both, each): &Profile) -> Result<(), DisplayError> {
+    fn suggest(&self, runtime: &Runtime, (profile, both, each): &InteractionProfile) -> Result<(), DisplayError> {
         if profile.starts_with("bytedance") && !runtime.enabled.bd_controller_interaction {
             return Ok(());
         }
-        let path = |text: String| runtime.instance.string_to_path(&text).said("xrStringToPath");
+        let path = |text: String| runtime.instance.string_to_path(&text).in_call("xrStringToPath");
         let mut bindings = Vec::new();
         for (hand, more) in HANDS.iter().zip(each) {
             for (to, part) in both.iter().chain(*more) {
                 let at = path(format!("{hand}/input/{part}"))?;
                 bindings.push(match to {
-                    To::Confirm => xr::Binding::new(&self.confirm, at),
-                    To::Pause => xr::Binding::new(&self.pause, at),
-                    To::Recentre => xr::Binding::new(&self.recentre, at),
-                    To::Press => xr::Binding::new(&self.press, at),
-                    To::Stick => xr::Binding::new(&self.stick, at),
+                    BoundAction::Confirm => xr::Binding::new(&self.confirm, at),
+                    BoundAction::Pause => xr::Binding::new(&self.pause, at),
+                    BoundAction::Recentre => xr::Binding::new(&self.recentre, at),
+                    BoundAction::Press => xr::Binding::new(&self.press, at),
+                    BoundAction::Stick => xr::Binding::new(&self.stick, at),
                 });
             }
             bindings.push(xr::Binding::new(&self.aim, path(format!("{hand}/input/aim/pose"))?));
@@ -168,21 +185,21 @@ impl Actions {
                 tracing::debug!("openxr: {profile} is not known to this runtime");
                 Ok(())
             }
-            Err(other) => Err(other).said("xrSuggestInteractionProfileBindings"),
+            Err(other) => Err(other).in_call("xrSuggestInteractionProfileBindings"),
         }
     }
 
     /// Updates the actions and returns what was done since the last call; nothing while another program has the focus.
-    pub fn read(&mut self, session: &xr::Session<xr::Vulkan>) -> Result<Done, DisplayError> {
-        session.sync_actions(&[xr::ActiveActionSet::new(&self.set)]).said("xrSyncActions")?;
-        let mut done = Done { hand: 1, ..Done::default() };
+    pub fn read(&mut self, session: &xr::Session<xr::Vulkan>) -> Result<ControllerInput, DisplayError> {
+        session.sync_actions(&[xr::ActiveActionSet::new(&self.set)]).in_call("xrSyncActions")?;
+        let mut done = ControllerInput { hand: 1, ..ControllerInput::default() };
         for (hand, path) in self.hands.into_iter().enumerate() {
             let pressed = |action: &xr::Action<bool>| -> Result<(bool, bool), DisplayError> {
-                let state = action.state(session, path).said("xrGetActionStateBoolean")?;
+                let state = action.state(session, path).in_call("xrGetActionStateBoolean")?;
                 Ok((state.is_active && state.current_state && state.changed_since_last_sync, state.is_active))
             };
             let (press, has_pad) = pressed(&self.press)?;
-            let stick = self.stick.state(session, path).said("xrGetActionStateVector2f")?;
+            let stick = self.stick.state(session, path).in_call("xrGetActionStateVector2f")?;
             let (x, y) = (stick.current_state.x, stick.current_state.y);
             // Right and down move forward.
             let along = if x.abs() >= y.abs() { x } else { -y };
@@ -205,18 +222,18 @@ impl Actions {
 
     /// The ray along which a hand points, in the room; none while the hand is not tracked.
     pub fn ray(&self, hand: usize, spaces: &Spaces, time: xr::Time) -> Result<Option<Pose>, DisplayError> {
-        let located = self.rays[hand].locate(&spaces.room, time).said("xrLocateSpace")?;
+        let located = self.rays[hand].locate(&spaces.room, time).in_call("xrLocateSpace")?;
         let needed = xr::SpaceLocationFlags::ORIENTATION_VALID | xr::SpaceLocationFlags::POSITION_VALID;
         Ok(located.location_flags.contains(needed).then(|| Pose::of(located.pose)))
     }
 
     /// A short vibration in the hand. A controller that cannot vibrate is no failure.
-    pub fn knock(&self, session: &xr::Session<xr::Vulkan>, hand: usize) {
-        let knock = xr::HapticVibration::new()
+    pub fn pulse(&self, session: &xr::Session<xr::Vulkan>, hand: usize) {
+        let pulse = xr::HapticVibration::new()
             .duration(xr::Duration::MIN_HAPTIC)
             .frequency(xr::FREQUENCY_UNSPECIFIED)
             .amplitude(0.4);
-        if let Err(result) = self.tick.apply_feedback(session, self.hands[hand], &knock) {
+        if let Err(result) = self.tick.apply_feedback(session, self.hands[hand], &pulse) {
             tracing::debug!("openxr: xrApplyHapticFeedback: {result:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! Turns stick, ray and trigger into what a person means on this screen. It calls no runtime.
 
-use crate::display::panel::Drawn;
+use crate::display::panel::DrawnView;
 use crate::study::protocol::{Input, Screen};
 
 /// What the participant points at on a board.
@@ -32,7 +32,7 @@ impl Chooser {
     }
 
     /// Called when the stick was pushed: it moves the choice on the rating panel, and the highlight elsewhere.
-    pub fn step(&mut self, screen: &Screen, choices: usize, drawn: &Drawn, by: i32) -> Option<Input> {
+    pub fn step(&mut self, screen: &Screen, choices: usize, drawn: &DrawnView, by: i32) -> Option<Input> {
         let moved = |from: Option<usize>, n: usize| match from {
             Some(at) => (at as i32 + by).clamp(0, n as i32 - 1) as usize,
             // The first push in either direction chooses the middle, because neither end is nearer.
@@ -54,7 +54,7 @@ impl Chooser {
     }
 
     /// Called when the trigger was pulled: it takes the highlighted target, or else the only one that can be meant.
-    pub fn confirm(&self, screen: &Screen, drawn: &Drawn) -> Option<Input> {
+    pub fn confirm(&self, screen: &Screen, drawn: &DrawnView) -> Option<Input> {
         if let Some(input) = self.hover.and_then(|at| drawn.input(at)) {
             return Some(input);
         }
@@ -72,9 +72,9 @@ mod tests {
     use crate::display::panel::Target;
     use crate::study::protocol::Page;
 
-    fn drawn(inputs: &[Input]) -> Drawn {
+    fn drawn(inputs: &[Input]) -> DrawnView {
         let target = |input: &Input| Target { rect: [0.0; 4], input: input.clone() };
-        Drawn { targets: inputs.iter().map(target).collect(), ..Drawn::default() }
+        DrawnView { targets: inputs.iter().map(target).collect(), ..DrawnView::default() }
     }
 
     fn panel(chosen: Option<u32>) -> Screen {
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn the_stick_moves_the_choice_from_the_middle_and_stops_at_the_ends() {
         let mut chooser = Chooser::default();
-        let none = Drawn::default();
+        let none = DrawnView::default();
         assert_eq!(chooser.step(&panel(None), 5, &none, -1), Some(Input::Choose(2)));
         assert_eq!(chooser.step(&panel(Some(2)), 5, &none, 1), Some(Input::Choose(3)));
         assert_eq!(chooser.step(&panel(Some(4)), 5, &none, 1), None);

@@ -6,10 +6,10 @@ use openxr as xr;
 use super::headset::Headset;
 use super::place::{self, Pose, SCREEN_M};
 use super::runtime::failure;
-use super::texture::{Shape, Texture, from_gpu};
+use super::texture::{Texture, TextureDesc, from_gpu};
 use crate::display::DisplayError;
 use crate::display::content::Content;
-use crate::display::panel::{Drawn, Panel, View};
+use crate::display::panel::{DrawnView, Panel, View};
 use crate::gpu::Image;
 use crate::study::protocol::Screen;
 
@@ -25,7 +25,7 @@ pub(super) struct Board {
     pub size_m: (f32, f32),
     px: (u32, u32),
     shown: Option<View>,
-    drawn: Drawn,
+    drawn: DrawnView,
 }
 
 /// Size of a board.
@@ -58,10 +58,10 @@ impl Board {
         let largest = headset.runtime.max_side_px.min(4096);
         let px = size_m.map(|m| ((f64::from(m) / px_m).round() as u32).clamp(16, largest));
         let image = pen.image(px[0], px[1]).map_err(from_gpu)?;
-        let shape = Shape { width: px[0], height: px[1], layers: 2, is_still: false };
+        let shape = TextureDesc { width: px[0], height: px[1], layers: 2, is_still: false };
         let texture = Texture::new(&headset.session, &headset.gpu, shape)?;
         let size_m = [0, 1].map(|i| (f64::from(px[i]) * px_m) as f32);
-        let drawn = Drawn::default();
+        let drawn = DrawnView::default();
         Ok(Board { image, texture, size_m: (size_m[0], size_m[1]), px: (px[0], px[1]), shown: None, drawn })
     }
 
@@ -89,7 +89,7 @@ impl Board {
     }
 
     /// What can be pointed at.
-    pub fn drawn(&self) -> &Drawn {
+    pub fn drawn(&self) -> &DrawnView {
         &self.drawn
     }
 

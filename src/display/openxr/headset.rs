@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use ash::vk::Handle as _;
 use openxr as xr;
 
-use super::lifecycle::{Do, Lifecycle};
-use super::pace::{self, Given, Pace};
+use super::frame_statistics::{self, FrameStatistics, SubmittedFrame};
+use super::lifecycle::{Lifecycle, LifecycleAction};
 use super::place::{self, Pose};
-use super::runtime::{Runtime, Said, VIEWS, failure};
+use super::runtime::{CallContext, Runtime, VIEWS, failure};
 use super::texture;
 use crate::display::DisplayError;
 use crate::gpu::{Gpu, GpuOptions};
@@ -29,7 +29,7 @@ pub(super) struct Headset {
     pub gpu: Rc<Gpu>,
     pub runtime: Runtime,
     pub lifecycle: Lifecycle,
-    pub pace: Pace,
+    pub frame_statistics: FrameStatistics,
     events: xr::EventDataBuffer,
     /// Whether this program asked to leave, so that the session's end is no failure.
     leaving: bool,
@@ -45,7 +45,7 @@ pub(super) struct Spaces {
 
 /// An event of the runtime that is not a change of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Heard {
+pub(super) enum RuntimeEvent {
     RefreshRate(f64),
     /// The room's origin moves at this time of the runtime, for instance because its recentre button was pressed.
     Recentred(i64),
@@ -53,12 +53,12 @@ pub(super) enum Heard {
 
 /// A frame that was waited for and must be given to the runtime.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Due {
+pub(super) struct PendingFrame {
     pub state: xr::FrameState,
     waited: Instant,
 }
 
-impl Due {
+impl PendingFrame {
     /// Predicted display time.
     pub fn time(&self) -> xr::Time {
         self.state.predicted_display_time
@@ -100,12 +100,12 @@ impl Headset {
         // SAFETY: instance, physical device and device were made by this runtime (`Runtime` as `Creator`), the queue
         // exists, and the device outlives the session: `gpu` is declared after everything that holds the session.
         let made = unsafe { runtime.instance.create_session::<xr::Vulkan>(runtime.system, &info) };
-        let (session, waiter, stream) = made.said("xrCreateSession")?;
-        let formats = session.enumerate_swapchain_formats().said("xrEnumerateSwapchainFormats")?;
+        let (session, waiter, stream) = made.in_call("xrCreateSession")?;
+        let formats = session.enumerate_swapchain_formats().in_call("xrEnumerateSwapchainFormats")?;
         if !formats.contains(&(texture::FORMAT.as_raw() as u32)) {
             return Err(failure(format!("{} has no 8-bit sRGB swapchains (R8G8B8A8_SRGB)", runtime.name)));
         }
-        let space = |kind| session.create_reference_space(kind, xr::Posef::IDENTITY).said("xrCreateReferenceSpace");
+        let space = |kind| session.create_reference_space(kind, xr::Posef::IDENTITY).in_call("xrCreateReferenceSpace");
         let spaces = Spaces { room: space(xr::ReferenceSpaceType::LOCAL)?, head: space(xr::ReferenceSpaceType::VIEW)? };
         let headset = Headset {
             stream,
@@ -114,7 +114,7 @@ impl Headset {
             gpu,
             runtime,
             lifecycle: Lifecycle::new(),
-            pace: Pace::default(),
+            frame_statistics: FrameStatistics::default(),
             events: xr::EventDataBuffer::new(),
             leaving: false,
         };
@@ -122,29 +122,29 @@ impl Headset {
     }
 
     /// Takes all waiting events of the runtime.
-    pub fn poll(&mut self) -> Result<Vec<Heard>, DisplayError> {
+    pub fn poll(&mut self) -> Result<Vec<RuntimeEvent>, DisplayError> {
         let mut heard = Vec::new();
-        while let Some(event) = self.runtime.instance.poll_event(&mut self.events).said("xrPollEvent")? {
+        while let Some(event) = self.runtime.instance.poll_event(&mut self.events).in_call("xrPollEvent")? {
             match event {
                 xr::Event::SessionStateChanged(e) => {
                     let state = e.state();
                     tracing::debug!("openxr: session {state:?}");
-                    match self.lifecycle.to(state) {
-                        Do::Nothing => {}
-                        Do::Begin => {
-                            self.session.begin(VIEWS).said("xrBeginSession")?;
-                            self.pace.cut();
+                    match self.lifecycle.enter(state) {
+                        LifecycleAction::Nothing => {}
+                        LifecycleAction::Begin => {
+                            self.session.begin(VIEWS).in_call("xrBeginSession")?;
+                            self.frame_statistics.cut();
                         }
-                        Do::End => {
-                            self.session.end().said("xrEndSession")?;
+                        LifecycleAction::End => {
+                            self.session.end().in_call("xrEndSession")?;
                         }
-                        Do::Lost => {
+                        LifecycleAction::Lost => {
                             let what =
                                 "the headset goes away (LOSS_PENDING); connect it again, then go on with --resume";
                             return Err(failure(what));
                         }
-                        Do::Exit if self.leaving => {}
-                        Do::Exit => {
+                        LifecycleAction::Exit if self.leaving => {}
+                        LifecycleAction::Exit => {
                             return Err(failure("the runtime ended the session (EXITING); go on with --resume"));
                         }
                     }
@@ -154,12 +154,12 @@ impl Headset {
                 }
                 xr::Event::UserPresenceChangedEXT(e) => self.lifecycle.set_worn(e.is_user_present()),
                 xr::Event::DisplayRefreshRateChangedFB(e) => {
-                    heard.push(Heard::RefreshRate(f64::from(e.to_display_refresh_rate())));
+                    heard.push(RuntimeEvent::RefreshRate(f64::from(e.to_display_refresh_rate())));
                 }
                 xr::Event::ReferenceSpaceChangePending(e)
                     if e.reference_space_type() == xr::ReferenceSpaceType::LOCAL =>
                 {
-                    heard.push(Heard::Recentred(e.change_time().as_nanos()));
+                    heard.push(RuntimeEvent::Recentred(e.change_time().as_nanos()));
                 }
                 xr::Event::EventsLost(e) => tracing::warn!("openxr: {} events were lost", e.lost_event_count()),
                 _ => {}
@@ -169,18 +169,18 @@ impl Headset {
     }
 
     /// Waits until the runtime wants the next frame. Call it only while the session is running.
-    pub fn wait(&mut self) -> Result<Due, DisplayError> {
-        let state = self.waiter.wait().said("xrWaitFrame")?;
-        Ok(Due { state, waited: Instant::now() })
+    pub fn wait(&mut self) -> Result<PendingFrame, DisplayError> {
+        let state = self.waiter.wait().in_call("xrWaitFrame")?;
+        Ok(PendingFrame { state, waited: Instant::now() })
     }
 
     /// Begins and ends a frame. `draw` runs in between, but only where it would be seen; otherwise the frame is empty.
-    pub fn give<'a>(
+    pub fn submit<'a>(
         &mut self,
-        due: Due,
+        due: PendingFrame,
         draw: impl FnOnce(&mut Layers<'a>) -> Result<(), DisplayError>,
     ) -> Result<(), DisplayError> {
-        self.stream.begin().said("xrBeginFrame")?;
+        self.stream.begin().in_call("xrBeginFrame")?;
         let begun = Instant::now();
         let mut layers = Layers::default();
         if due.state.should_render && self.lifecycle.is_visible() {
@@ -192,12 +192,12 @@ impl Headset {
         projections.iter().for_each(|p| bases.push(p));
         layers.quads.iter().for_each(|q| bases.push(q));
         let drawing_ns = begun.elapsed().as_nanos() as u64;
-        self.stream.end(due.time(), self.runtime.blend, &bases).said("xrEndFrame")?;
-        self.pace.add(Given {
+        self.stream.end(due.time(), self.runtime.blend, &bases).in_call("xrEndFrame")?;
+        self.frame_statistics.add(SubmittedFrame {
             at_ns: due.time().as_nanos(),
             period_ns: due.state.predicted_display_period.as_nanos(),
             drawing_ns,
-            ours_ns: due.waited.elapsed().as_nanos() as u64,
+            busy_ns: due.waited.elapsed().as_nanos() as u64,
             is_empty: bases.is_empty(),
             is_stimulus: layers.is_stimulus,
         });
@@ -221,7 +221,7 @@ impl Headset {
                 continue;
             }
             let due = self.wait()?;
-            self.give(due, |_| Ok(()))?;
+            self.submit(due, |_| Ok(()))?;
             times.push(due.time().as_nanos());
             period_ns = due.state.predicted_display_period.as_nanos();
         }
@@ -232,10 +232,10 @@ impl Headset {
             true => self.session.get_display_refresh_rate().ok().map(f64::from).filter(|hz| *hz > 0.0),
             false => None,
         };
-        let regular = pace::regularity(&times[WARM_UP..]);
-        self.pace = Pace::default();
+        let regular = frame_statistics::regularity(&times[WARM_UP..]);
+        self.frame_statistics = FrameStatistics::default();
         Ok(WarmUp {
-            nominal_hz: pace::nominal_hz(reported.unwrap_or(1e9 / period_ns.max(1) as f64)),
+            nominal_hz: frame_statistics::nominal_hz(reported.unwrap_or(1e9 / period_ns.max(1) as f64)),
             measured_hz: regular.map(|r| r.0),
             interval_sd_ms: regular.map(|r| r.1),
             eyes,
@@ -245,7 +245,7 @@ impl Headset {
 
     /// The poses of the eyes in the head; none while the runtime does not know them.
     pub fn eyes(&self, spaces: &Spaces, time: xr::Time) -> Result<Option<[EyeView; 2]>, DisplayError> {
-        let (flags, views) = self.session.locate_views(VIEWS, time, &spaces.head).said("xrLocateViews")?;
+        let (flags, views) = self.session.locate_views(VIEWS, time, &spaces.head).in_call("xrLocateViews")?;
         let known = flags.contains(xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID);
         Ok(match views.as_slice() {
             [left, right] if known => Some([left, right].map(|v| EyeView { pose: Pose::of(v.pose), fov: v.fov })),
@@ -255,14 +255,14 @@ impl Headset {
 
     /// The pose of the head in the room; none while it is not tracked.
     pub fn head(&self, spaces: &Spaces, time: xr::Time) -> Result<Option<Pose>, DisplayError> {
-        let located = spaces.head.locate(&spaces.room, time).said("xrLocateSpace")?;
+        let located = spaces.head.locate(&spaces.room, time).in_call("xrLocateSpace")?;
         let needed = xr::SpaceLocationFlags::ORIENTATION_VALID | xr::SpaceLocationFlags::POSITION_VALID;
         Ok(located.location_flags.contains(needed).then(|| Pose::of(located.pose)))
     }
 
     /// Leaves in order: asks for the end, keeps the frame loop running until the runtime agrees, and ends the session.
     /// A runtime that is gone or does not answer within two seconds is left alone.
-    pub fn leave(&mut self) {
+    pub fn exit_session(&mut self) {
         self.leaving = true;
         if !self.lifecycle.is_running() || self.session.request_exit().is_err() {
             return;
@@ -270,7 +270,7 @@ impl Headset {
         let begun = Instant::now();
         while self.lifecycle.is_running() && begun.elapsed() < Duration::from_secs(2) {
             let given = self.poll().and_then(|_| match self.lifecycle.is_running() {
-                true => self.wait().and_then(|due| self.give(due, |_| Ok(()))),
+                true => self.wait().and_then(|due| self.submit(due, |_| Ok(()))),
                 false => Ok(()),
             });
             if given.is_err() {

@@ -24,7 +24,7 @@ pub(super) struct Lifecycle {
 
 /// What this program must do at a change of state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Do {
+pub(super) enum LifecycleAction {
     Nothing,
     /// `xrBeginSession`
     Begin,
@@ -57,26 +57,26 @@ impl Lifecycle {
     }
 
     /// Takes a state that the runtime reports.
-    pub fn to(&mut self, state: SessionState) -> Do {
+    pub fn enter(&mut self, state: SessionState) -> LifecycleAction {
         self.state = state;
         match state {
             SessionState::READY => {
                 self.running = true;
-                Do::Begin
+                LifecycleAction::Begin
             }
             SessionState::STOPPING => {
                 let was = std::mem::replace(&mut self.running, false);
-                if was { Do::End } else { Do::Nothing }
+                if was { LifecycleAction::End } else { LifecycleAction::Nothing }
             }
             SessionState::LOSS_PENDING => {
                 self.running = false;
-                Do::Lost
+                LifecycleAction::Lost
             }
             SessionState::EXITING => {
                 self.running = false;
-                Do::Exit
+                LifecycleAction::Exit
             }
-            _ => Do::Nothing,
+            _ => LifecycleAction::Nothing,
         }
     }
 
@@ -86,7 +86,7 @@ impl Lifecycle {
     }
 
     /// What the session's state machine must be told since the last call; visibility comes first.
-    pub fn news(&mut self) -> Vec<Event> {
+    pub fn changes(&mut self) -> Vec<Event> {
         let mut out = Vec::new();
         if self.told_visible != self.is_visible() {
             self.told_visible = self.is_visible();
@@ -107,37 +107,39 @@ mod tests {
     #[test]
     fn a_headset_put_on_taken_off_and_put_on_again() {
         let mut life = Lifecycle::new();
-        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
-        assert_eq!(life.to(SessionState::IDLE), Do::Nothing);
+        assert_eq!(life.changes(), [Event::Visible(false), Event::Focus(false)]);
+        assert_eq!(life.enter(SessionState::IDLE), LifecycleAction::Nothing);
         assert!(!life.is_running());
-        assert_eq!(life.to(SessionState::READY), Do::Begin);
+        assert_eq!(life.enter(SessionState::READY), LifecycleAction::Begin);
         assert!(life.is_running());
-        assert_eq!(life.to(SessionState::SYNCHRONIZED), Do::Nothing);
-        assert!(life.news().is_empty());
-        life.to(SessionState::VISIBLE);
-        assert_eq!(life.news(), [Event::Visible(true)]);
-        life.to(SessionState::FOCUSED);
-        assert_eq!(life.news(), [Event::Focus(true)]);
+        assert_eq!(life.enter(SessionState::SYNCHRONIZED), LifecycleAction::Nothing);
+        assert!(life.changes().is_empty());
+        life.enter(SessionState::VISIBLE);
+        assert_eq!(life.changes(), [Event::Visible(true)]);
+        life.enter(SessionState::FOCUSED);
+        assert_eq!(life.changes(), [Event::Focus(true)]);
         life.set_worn(false);
-        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
+        assert_eq!(life.changes(), [Event::Visible(false), Event::Focus(false)]);
         life.set_worn(true);
-        assert_eq!(life.news(), [Event::Visible(true), Event::Focus(true)]);
-        life.to(SessionState::VISIBLE);
-        life.to(SessionState::SYNCHRONIZED);
-        assert_eq!(life.news(), [Event::Visible(false), Event::Focus(false)]);
+        assert_eq!(life.changes(), [Event::Visible(true), Event::Focus(true)]);
+        life.enter(SessionState::VISIBLE);
+        life.enter(SessionState::SYNCHRONIZED);
+        assert_eq!(life.changes(), [Event::Visible(false), Event::Focus(false)]);
         assert!(life.is_running());
-        assert_eq!(life.to(SessionState::STOPPING), Do::End);
-        assert_eq!(life.to(SessionState::STOPPING), Do::Nothing);
+        assert_eq!(life.enter(SessionState::STOPPING), LifecycleAction::End);
+        assert_eq!(life.enter(SessionState::STOPPING), LifecycleAction::Nothing);
         assert!(!life.is_running());
-        assert_eq!(life.to(SessionState::READY), Do::Begin);
+        assert_eq!(life.enter(SessionState::READY), LifecycleAction::Begin);
     }
 
     #[test]
     fn loss_and_exit_end_it() {
-        for (state, asked) in [(SessionState::LOSS_PENDING, Do::Lost), (SessionState::EXITING, Do::Exit)] {
+        for (state, asked) in
+            [(SessionState::LOSS_PENDING, LifecycleAction::Lost), (SessionState::EXITING, LifecycleAction::Exit)]
+        {
             let mut life = Lifecycle::new();
-            life.to(SessionState::READY);
-            assert_eq!(life.to(state), asked);
+            life.enter(SessionState::READY);
+            assert_eq!(life.enter(state), asked);
             assert!(!life.is_running());
         }
     }

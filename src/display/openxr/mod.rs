@@ -10,19 +10,19 @@
 
 mod actions;
 mod answer;
-mod bare;
 mod board;
 mod clock;
+mod frame_statistics;
 mod headset;
 mod lifecycle;
 mod mips;
 mod operator;
-mod pace;
 mod pictures;
 mod place;
 mod quiet;
 mod runtime;
 mod stage;
+mod standalone;
 mod texture;
 mod vulkan;
 
@@ -36,21 +36,21 @@ use cyclopean_analysis::journal::record::{self, Trust};
 use self::actions::Actions;
 use self::answer::Chooser;
 use self::clock::Clock;
-use self::headset::{Due, Headset, Heard, Spaces, WarmUp};
+use self::headset::{Headset, PendingFrame, RuntimeEvent, Spaces, WarmUp};
 use self::operator::Key;
 use self::pictures::PairKey;
 use self::runtime::failure;
 use self::stage::Stage;
 use super::content::Content;
 use super::panel::View;
-use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
+use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, TimedEvent};
 use crate::gpu::Gpu;
 use crate::study::protocol::{Event, Input, Screen, Setup};
 
-pub use bare::{Acts, Bare, BareFrame, EyeInRoom};
+pub use frame_statistics::FrameStatistics;
 pub use operator::KEYS;
-pub use pace::Pace;
 pub use runtime::Runtime;
+pub use standalone::{EyeInRoom, HeadsetInput, StandaloneFrame, StandaloneHeadset};
 
 /// While no frame is waited for, the runtime's events are polled, and the session is told that nothing is seen, this often.
 const IDLE_POLL: Duration = Duration::from_millis(10);
@@ -69,7 +69,7 @@ pub struct OpenXr {
     info: DisplayInfo,
     warm_up: WarmUp,
     /// What [`OpenXr::begin`] was given, until [`Display::load`] takes it.
-    coming: Option<Coming>,
+    upcoming: Option<UpcomingSession>,
     clock: Clock,
     operator: Receiver<Key>,
     chooser: Chooser,
@@ -77,17 +77,17 @@ pub struct OpenXr {
     /// When the reminder appeared, from which the time that is left is computed.
     panel_since: Option<Instant>,
     queue: VecDeque<Event>,
-    due: Option<Due>,
+    due: Option<PendingFrame>,
     poses: Vec<HeadPose>,
     /// The time at which the room's origin moves, on the runtime's clock.
     recentred_at: Option<i64>,
     wants_centre: bool,
-    leans: bool,
+    is_leaning: bool,
     idle_since: Instant,
 }
 
 /// What the coming session will show.
-struct Coming {
+struct UpcomingSession {
     content: Content,
     pairs: BTreeSet<PairKey>,
     start_ns: u64,
@@ -111,7 +111,7 @@ impl OpenXr {
             headset,
             info,
             warm_up,
-            coming: None,
+            upcoming: None,
             clock,
             operator: operator::listen(),
             chooser: Chooser::default(),
@@ -122,7 +122,7 @@ impl OpenXr {
             poses: Vec::new(),
             recentred_at: None,
             wants_centre: false,
-            leans: false,
+            is_leaning: false,
             idle_since: Instant::now(),
         })
     }
@@ -141,12 +141,12 @@ impl OpenXr {
                 }
             }
         }
-        self.coming = Some(Coming { content, pairs, start_ns });
+        self.upcoming = Some(UpcomingSession { content, pairs, start_ns });
     }
 
     /// Statistics of the frames.
-    pub fn pace(&self) -> &Pace {
-        &self.headset.pace
+    pub fn frame_statistics(&self) -> &FrameStatistics {
+        &self.headset.frame_statistics
     }
 
     /// The device that draws.
@@ -162,11 +162,11 @@ impl OpenXr {
     fn listen(&mut self) -> Result<(), DisplayError> {
         for heard in self.headset.poll()? {
             match heard {
-                Heard::RefreshRate(hz) => self.queue.push_back(Event::RefreshRate(hz)),
-                Heard::Recentred(at_xr) => self.recentred_at = Some(at_xr),
+                RuntimeEvent::RefreshRate(hz) => self.queue.push_back(Event::RefreshRate(hz)),
+                RuntimeEvent::Recentred(at_xr) => self.recentred_at = Some(at_xr),
             }
         }
-        self.queue.extend(self.headset.lifecycle.news());
+        self.queue.extend(self.headset.lifecycle.changes());
         while let Ok(key) = self.operator.try_recv() {
             match key {
                 Key::Input(input) => self.queue.push_back(Event::Input(input)),
@@ -197,7 +197,7 @@ impl OpenXr {
                 inputs.extend(self.chooser.confirm(&self.screen, drawn));
             }
             if !inputs.is_empty() || before != self.chooser.hover() {
-                self.actions.knock(&self.headset.session, done.hand);
+                self.actions.pulse(&self.headset.session, done.hand);
             }
         }
         self.queue.extend(inputs.into_iter().map(Event::Input));
@@ -205,16 +205,16 @@ impl OpenXr {
     }
 
     /// Waits for the runtime's next frame, and finds out where the head and the hands are in it.
-    fn next_frame(&mut self) -> Result<Timed, DisplayError> {
+    fn next_frame(&mut self) -> Result<TimedEvent, DisplayError> {
         let due = self.headset.wait()?;
         let at_ns = self.clock.at_ns(due.time().as_nanos());
         self.look(&due, at_ns)?;
         let rendered = due.state.should_render && self.headset.lifecycle.is_visible();
         self.due = Some(due);
-        Ok(Timed { now_ns: self.now_ns(), event: Event::Frame { at_ns, rendered } })
+        Ok(TimedEvent { now_ns: self.now_ns(), event: Event::Frame { at_ns, rendered } })
     }
 
-    fn look(&mut self, due: &Due, at_ns: u64) -> Result<(), DisplayError> {
+    fn look(&mut self, due: &PendingFrame, at_ns: u64) -> Result<(), DisplayError> {
         let head = self.headset.head(&self.spaces, due.time())?;
         let Some(stage) = &mut self.stage else { return Ok(()) };
         if let Some(head) = head {
@@ -231,10 +231,10 @@ impl OpenXr {
                 }
             }
             let lean = place::roll_deg(head).abs();
-            if !self.leans && lean > LEAN_DEG {
+            if !self.is_leaning && lean > LEAN_DEG {
                 tracing::warn!("the head leans by {lean:.0}°: both eyes' pictures fit only while it is upright");
             }
-            self.leans = lean > if self.leans { 0.8 * LEAN_DEG } else { LEAN_DEG };
+            self.is_leaning = lean > if self.is_leaning { 0.8 * LEAN_DEG } else { LEAN_DEG };
         }
         let Some((board, pose)) = stage.board(&self.screen).filter(|_| self.headset.lifecycle.is_focused()) else {
             return Ok(());
@@ -269,23 +269,23 @@ impl Display for OpenXr {
     }
 
     fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
-        let Some(Coming { content, pairs, start_ns }) = self.coming.take() else {
+        let Some(UpcomingSession { content, pairs, start_ns }) = self.upcoming.take() else {
             return Err(failure("no session has begun"));
         };
         let (eyes, arcsec_per_px) = (self.warm_up.eyes, self.info.arcsec_per_px);
         self.stage = Some(Stage::new(&self.headset, content, stimuli, &pairs, eyes, arcsec_per_px)?);
-        self.headset.pace.cut();
+        self.headset.frame_statistics.cut();
         self.clock = Clock::start(start_ns, self.headset.runtime.now_ns().unwrap_or(self.warm_up.last_xr));
         Ok(())
     }
 
-    fn wait(&mut self, _idle_frames: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, _idle_frames: u64) -> Result<TimedEvent, DisplayError> {
         loop {
             if self.queue.is_empty() {
                 self.listen()?;
             }
             if let Some(event) = self.queue.pop_front() {
-                return Ok(Timed { now_ns: self.now_ns(), event });
+                return Ok(TimedEvent { now_ns: self.now_ns(), event });
             }
             if self.headset.lifecycle.is_running() {
                 self.idle_since = Instant::now();
@@ -294,7 +294,7 @@ impl Display for OpenXr {
             std::thread::sleep(IDLE_POLL);
             if self.idle_since.elapsed() > IDLE_NEWS {
                 self.idle_since = Instant::now();
-                return Ok(Timed { now_ns: self.now_ns(), event: Event::Visible(false) });
+                return Ok(TimedEvent { now_ns: self.now_ns(), event: Event::Visible(false) });
             }
         }
     }
@@ -315,7 +315,7 @@ impl Display for OpenXr {
         let Some(stage) = stage else { return Err(failure("nothing was loaded")) };
         stage.prepare(headset, view)?;
         let Some(due) = due.take() else { return Ok(()) };
-        headset.give(due, |layers| stage.layers(screen, spaces, layers))
+        headset.submit(due, |layers| stage.layers(screen, spaces, layers))
     }
 
     fn take_poses(&mut self) -> Vec<HeadPose> {
@@ -327,9 +327,9 @@ impl Drop for OpenXr {
     fn drop(&mut self) {
         // A frame that was waited for must be given before the session can end.
         if let Some(due) = self.due.take() {
-            let _ = self.headset.give(due, |_| Ok(()));
+            let _ = self.headset.submit(due, |_| Ok(()));
         }
-        self.headset.leave();
+        self.headset.exit_session();
     }
 }
 

@@ -14,7 +14,7 @@ use crate::display::{DisplayError, StimulusFiles, memory};
 pub(super) type PairKey = (u32, u32, usize);
 
 /// One uploaded stimulus, still or moving, and its angular size.
-pub(super) struct Shot {
+pub(super) struct UploadedStimulus {
     /// The frames in order; every texture but the last holds `frames_each` of them.
     textures: Vec<Texture>,
     frames_each: u32,
@@ -26,7 +26,7 @@ pub(super) struct Shot {
     pub aspect: f64,
 }
 
-impl Shot {
+impl UploadedStimulus {
     /// The texture and the layer that an eye (0 left) sees of a frame; of a pair both eyes see the same. None: there is
     /// no such frame.
     pub fn picture(&self, frame: u32, eye: u32) -> Option<(&Texture, u32)> {
@@ -40,13 +40,13 @@ impl Shot {
 #[derive(Default)]
 pub(super) struct Pictures {
     /// Stereo pictures by stimulus, layer 0 for the left eye; empty where pairs are shown.
-    pub stereo: Vec<Shot>,
-    pub pairs: BTreeMap<PairKey, Shot>,
+    pub stereo: Vec<UploadedStimulus>,
+    pub pairs: BTreeMap<PairKey, UploadedStimulus>,
 }
 
 /// How large pictures may be, degrees.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Room {
+pub(super) struct PictureLimits {
     /// Angles from straight ahead to the nearest edge over both eyes and both sides: left/right, up/down.
     pub half_deg: [f64; 2],
     /// Largest width of a mirrored pair.
@@ -55,7 +55,7 @@ pub(super) struct Room {
     pub fov_deg: Option<f64>,
 }
 
-impl Room {
+impl PictureLimits {
     /// Width of a mirrored pair. It stays within four fifths of the field, because lenses blur beyond.
     pub fn pair_deg(&self) -> f64 {
         self.quad_deg.min(0.8 * 2.0 * self.half_deg[0])
@@ -71,20 +71,20 @@ impl Pictures {
         headset: &Headset,
         files: &[StimulusFiles],
         pairs: &BTreeSet<PairKey>,
-        room: &Room,
+        limits: &PictureLimits,
     ) -> Result<Pictures, DisplayError> {
         let file = |id: u32| files.get(id as usize).ok_or_else(|| failure(format!("there is no stimulus {id}")));
         let mut out = Pictures::default();
         if pairs.is_empty() {
-            memory::check(&headset.gpu, files, memory::Levels::All).map_err(failure)?;
+            memory::check(&headset.gpu, files, memory::MipLevels::All).map_err(failure)?;
             for file in files {
-                let width_deg = file.fov_deg.or(room.fov_deg).ok_or_else(|| {
+                let width_deg = file.fov_deg.or(limits.fov_deg).ok_or_else(|| {
                     let file = file.first().display();
                     failure(format!("{file} does not say how wide its view is: run `cyclopean prepare` again"))
                 })?;
                 let shot = upload(headset, file.frames.len(), width_deg, |frame| {
-                    let eyes = Eyes::read(&file.frames[frame])?;
-                    fits(file, width_deg, eyes.aspect(), room)?;
+                    let eyes = StereoTexels::read(&file.frames[frame])?;
+                    fits(file, width_deg, eyes.aspect(), limits)?;
                     let size = (eyes.width, eyes.height);
                     Ok(Frame { path: &file.frames[frame], size, texels: eyes.texels.into() })
                 })?;
@@ -93,15 +93,16 @@ impl Pictures {
             return Ok(out);
         }
         let tests: Vec<&StimulusFiles> = pairs.iter().map(|&(_, test, _)| file(test)).collect::<Result<_, _>>()?;
-        memory::check(&headset.gpu, tests, memory::Levels::All).map_err(failure)?;
+        memory::check(&headset.gpu, tests, memory::MipLevels::All).map_err(failure)?;
         for &(reference, test, eye) in pairs {
             let (of, beside) = (file(test)?, file(reference)?);
             if of.frames.len() != beside.frames.len() {
                 let (a, b) = (beside.first().display(), of.first().display());
                 return Err(failure(format!("{a} and {b} have different numbers of frames")));
             }
-            let shot = upload(headset, of.frames.len(), room.pair_deg(), |frame| {
-                let (left, right) = (Eyes::read(&beside.frames[frame])?, Eyes::read(&of.frames[frame])?);
+            let shot = upload(headset, of.frames.len(), limits.pair_deg(), |frame| {
+                let (left, right) =
+                    (StereoTexels::read(&beside.frames[frame])?, StereoTexels::read(&of.frames[frame])?);
                 if (left.width, left.height) != (right.width, right.height) {
                     let (a, b) = (beside.frames[frame].display(), of.frames[frame].display());
                     return Err(failure(format!("{a} and {b} differ in size and cannot stand side by side")));
@@ -136,7 +137,7 @@ fn upload<'a>(
     frames: usize,
     width_deg: f64,
     read: impl Fn(usize) -> Result<Frame<'a>, DisplayError>,
-) -> Result<Shot, DisplayError> {
+) -> Result<UploadedStimulus, DisplayError> {
     let first = read(0)?;
     let ((width, height), layers) = (first.size, first.texels.len());
     let largest = headset.runtime.max_side_px;
@@ -169,12 +170,12 @@ fn upload<'a>(
         }
     }
     let aspect = f64::from(width) / f64::from(height);
-    Ok(Shot { textures, frames_each: frames_each as u32, layers: layers as u32, width_deg, aspect })
+    Ok(UploadedStimulus { textures, frames_each: frames_each as u32, layers: layers as u32, width_deg, aspect })
 }
 
-fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Result<(), DisplayError> {
+fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, limits: &PictureLimits) -> Result<(), DisplayError> {
     let height_deg = super::place::vertical_deg(width_deg, aspect);
-    let [across, upward] = room.half_deg.map(|half| 2.0 * half);
+    let [across, upward] = limits.half_deg.map(|half| 2.0 * half);
     // A tenth of a degree more is allowed: it is one or two pixels.
     if width_deg <= across + 0.1 && height_deg <= upward + 0.1 {
         return Ok(());
@@ -186,14 +187,14 @@ fn fits(file: &StimulusFiles, width_deg: f64, aspect: f64, room: &Room) -> Resul
 }
 
 /// Both eyes' pictures as RGBA bytes, rows from the top.
-struct Eyes {
+struct StereoTexels {
     width: u32,
     height: u32,
     texels: [Vec<u8>; 2],
 }
 
-impl Eyes {
-    fn read(path: &Path) -> Result<Eyes, DisplayError> {
+impl StereoTexels {
+    fn read(path: &Path) -> Result<StereoTexels, DisplayError> {
         let both = crate::picture::read_png(path).map_err(|e| failure(e.to_string()))?;
         let (width, height) = (both.width() / 2, both.height());
         if width == 0 || both.width() % 2 != 0 {
@@ -202,7 +203,7 @@ impl Eyes {
         let row = width as usize * 4;
         let half =
             |eye: usize| both.as_raw().chunks_exact(2 * row).flat_map(|r| &r[eye * row..][..row]).copied().collect();
-        Ok(Eyes { width, height, texels: [half(0), half(1)] })
+        Ok(StereoTexels { width, height, texels: [half(0), half(1)] })
     }
 
     fn aspect(&self) -> f64 {
@@ -240,12 +241,12 @@ mod tests {
     #[test]
     fn what_is_wider_than_the_view_is_refused_with_the_way_out() {
         let file = StimulusFiles { exr: "a.exr".into(), frames: vec!["a/sbs.png".into()], fov_deg: None };
-        let room = Room { half_deg: [45.0, 45.0], quad_deg: 70.0, fov_deg: None };
-        assert!(fits(&file, 90.0, 16.0 / 9.0, &room).is_ok());
-        let error = fits(&file, 91.5, 16.0 / 9.0, &room).expect_err("too wide").to_string();
+        let limits = PictureLimits { half_deg: [45.0, 45.0], quad_deg: 70.0, fov_deg: None };
+        assert!(fits(&file, 90.0, 16.0 / 9.0, &limits).is_ok());
+        let error = fits(&file, 91.5, 16.0 / 9.0, &limits).expect_err("too wide").to_string();
         assert!(error.contains("91° × 60°") || error.contains("92° × 60°"), "{error}");
         assert!(error.contains("90° × 90°") && error.contains("horizontal_fov_deg"), "{error}");
-        assert_eq!(room.pair_deg(), 70.0);
-        assert_eq!(Room { half_deg: [40.0, 40.0], ..room }.pair_deg(), 64.0);
+        assert_eq!(limits.pair_deg(), 70.0);
+        assert_eq!(PictureLimits { half_deg: [40.0, 40.0], ..limits }.pair_deg(), 64.0);
     }
 }

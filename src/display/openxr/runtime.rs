@@ -32,12 +32,12 @@ pub(super) fn failure(what: impl Into<String>) -> DisplayError {
 }
 
 /// Names the failed call in the error.
-pub(super) trait Said<T> {
-    fn said(self, call: &'static str) -> Result<T, DisplayError>;
+pub(super) trait CallContext<T> {
+    fn in_call(self, call: &'static str) -> Result<T, DisplayError>;
 }
 
-impl<T> Said<T> for xr::Result<T> {
-    fn said(self, call: &'static str) -> Result<T, DisplayError> {
+impl<T> CallContext<T> for xr::Result<T> {
+    fn in_call(self, call: &'static str) -> Result<T, DisplayError> {
         self.map_err(|result| {
             failure(match result {
                 xr::sys::Result::ERROR_INSTANCE_LOST | xr::sys::Result::ERROR_RUNTIME_UNAVAILABLE => {
@@ -102,7 +102,7 @@ impl Runtime {
             api_version: xr::Version::new(1, 0, 0),
         };
         let instance = entry.create_instance(&app, &enabled, &[], &()).map_err(no_runtime)?;
-        let properties = instance.properties().said("xrGetInstanceProperties")?;
+        let properties = instance.properties().in_call("xrGetInstanceProperties")?;
         let name = format!("{} {}", properties.runtime_name, properties.runtime_version);
         let system = instance.system(xr::FormFactor::HEAD_MOUNTED_DISPLAY).map_err(|result| match result {
             xr::sys::Result::ERROR_FORM_FACTOR_UNAVAILABLE | xr::sys::Result::ERROR_FORM_FACTOR_UNSUPPORTED => {
@@ -110,13 +110,13 @@ impl Runtime {
             }
             other => failure(format!("xrGetSystem failed: {other:?}")),
         })?;
-        let properties = instance.system_properties(system).said("xrGetSystemProperties")?;
+        let properties = instance.system_properties(system).in_call("xrGetSystemProperties")?;
         let views = instance.enumerate_view_configuration_views(system, VIEWS);
-        let views = views.said("xrEnumerateViewConfigurationViews")?;
+        let views = views.in_call("xrEnumerateViewConfigurationViews")?;
         let eye_px = views.first().map(|v| (v.recommended_image_rect_width, v.recommended_image_rect_height));
         let eye_px = eye_px.ok_or_else(|| failure(format!("{name} has no stereo views")))?;
         let blends = instance.enumerate_environment_blend_modes(system, VIEWS);
-        let blends = blends.said("xrEnumerateEnvironmentBlendModes")?;
+        let blends = blends.in_call("xrEnumerateEnvironmentBlendModes")?;
         let blend = blends.iter().find(|b| **b == xr::EnvironmentBlendMode::OPAQUE).or(blends.first());
         let graphics = properties.graphics_properties;
         Ok(Runtime {

@@ -8,11 +8,11 @@ use openxr as xr;
 
 use super::board::{self, Board, Size};
 use super::headset::{EyeView, Headset, Layers, Spaces};
-use super::pictures::{EYES, PairKey, Pictures, Room, Shot};
+use super::pictures::{EYES, PairKey, PictureLimits, Pictures, UploadedStimulus};
 use super::place::{self, Pose, SCREEN_M};
 use super::texture::Texture;
 use crate::display::content::{Content, Geometry};
-use crate::display::panel::{Drawn, Panel, View};
+use crate::display::panel::{DrawnView, Panel, View};
 use crate::display::{DisplayError, StimulusFiles};
 use crate::study::protocol::Screen;
 
@@ -56,8 +56,8 @@ impl Stage {
         arcsec_per_px: f64,
     ) -> Result<Stage, DisplayError> {
         let half_deg = half_field_deg(&eyes);
-        let room = Room { half_deg, quad_deg: content.quad_deg, fov_deg: content.stimulus_fov_deg };
-        let pictures = Pictures::load(headset, files, pairs, &room)?;
+        let limits = PictureLimits { half_deg, quad_deg: content.quad_deg, fov_deg: content.stimulus_fov_deg };
+        let pictures = Pictures::load(headset, files, pairs, &limits)?;
         let size = Size::page(half_deg, arcsec_per_px);
         let in_px = size.in_display_px(arcsec_per_px);
         let dots = match content.dots.is_empty() {
@@ -140,7 +140,7 @@ impl Stage {
     }
 
     /// What can be pointed at on a screen.
-    pub fn drawn(&self, screen: &Screen) -> Option<&Drawn> {
+    pub fn drawn(&self, screen: &Screen) -> Option<&DrawnView> {
         self.board(screen).map(|(board, _)| board.drawn())
     }
 
@@ -205,7 +205,14 @@ impl Stage {
     }
 
     /// Adds a mirrored pair: both eyes see one flat picture at zero disparity. None: there is no such frame.
-    fn pair<'a>(&self, shot: &'a Shot, frame: u32, home: Pose, spaces: &'a Spaces, out: &mut Layers<'a>) -> Option<()> {
+    fn pair<'a>(
+        &self,
+        shot: &'a UploadedStimulus,
+        frame: u32,
+        home: Pose,
+        spaces: &'a Spaces,
+        out: &mut Layers<'a>,
+    ) -> Option<()> {
         let (space, from) = self.anchor(home, spaces);
         let pose = from.then(place::ahead(Vec3::ZERO, SCREEN_M));
         let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);
@@ -217,7 +224,7 @@ impl Stage {
     /// Adds a stereo picture: each eye sees its own, centred on its own axis. None: there is no such frame.
     fn stereo<'a>(
         &self,
-        shot: &'a Shot,
+        shot: &'a UploadedStimulus,
         frame: u32,
         home: Pose,
         spaces: &'a Spaces,

@@ -6,7 +6,7 @@ use ash::vk::{self, Handle as _};
 use openxr as xr;
 
 use super::mips;
-use super::runtime::{Said, failure};
+use super::runtime::{CallContext, failure};
 use crate::display::DisplayError;
 use crate::gpu::{Buffer, Frame, Gpu, GpuError, Image, ImageDesc};
 
@@ -25,7 +25,7 @@ pub(super) struct Texture {
 
 /// Size of a texture, and whether it changes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct TextureDesc {
     pub width: u32,
     pub height: u32,
     pub layers: u32,
@@ -39,8 +39,8 @@ pub(super) fn from_gpu(error: GpuError) -> DisplayError {
 
 impl Texture {
     /// Makes a texture with undefined content.
-    pub fn new(session: &xr::Session<xr::Vulkan>, gpu: &Rc<Gpu>, shape: Shape) -> Result<Texture, DisplayError> {
-        let Shape { width, height, layers, is_still } = shape;
+    pub fn new(session: &xr::Session<xr::Vulkan>, gpu: &Rc<Gpu>, shape: TextureDesc) -> Result<Texture, DisplayError> {
+        let TextureDesc { width, height, layers, is_still } = shape;
         let mip_count = if is_still { mips::count(width, height) } else { 1 };
         let flags = xr::SwapchainUsageFlags::COLOR_ATTACHMENT
             | xr::SwapchainUsageFlags::SAMPLED
@@ -59,10 +59,10 @@ impl Texture {
             array_size: layers,
             mip_count,
         };
-        let swapchain = session.create_swapchain(&info).said("xrCreateSwapchain")?;
+        let swapchain = session.create_swapchain(&info).in_call("xrCreateSwapchain")?;
         let usage = vk::ImageUsageFlags::TRANSFER_DST;
         let desc = ImageDesc { width, height, layers, mips: mip_count, format: FORMAT, usage };
-        let raw = swapchain.enumerate_images().said("xrEnumerateSwapchainImages")?;
+        let raw = swapchain.enumerate_images().in_call("xrEnumerateSwapchainImages")?;
         // SAFETY: the runtime made these images on our device as the create info says; the swapchain, which owns them,
         // is dropped after them (declaration order).
         let lend = |image: u64| unsafe { Image::lent(gpu, vk::Image::from_raw(image), desc) };
@@ -76,7 +76,7 @@ impl Texture {
         (width, height): (u32, u32),
         layers: Vec<Vec<u8>>,
     ) -> Result<Texture, DisplayError> {
-        let shape = Shape { width, height, layers: layers.len() as u32, is_still: true };
+        let shape = TextureDesc { width, height, layers: layers.len() as u32, is_still: true };
         let mut texture = Texture::new(session, gpu, shape)?;
         let chains: Vec<_> = layers.into_iter().map(|texels| mips::chain(width, height, texels)).collect();
         let bytes = chains.concat().concat();
@@ -94,15 +94,15 @@ impl Texture {
 
     /// Records commands that write the next image, submits them, waits, and gives the image to the compositor.
     pub fn write(&mut self, gpu: &Rc<Gpu>, record: impl FnOnce(&mut Frame, &Image)) -> Result<(), DisplayError> {
-        let index = self.swapchain.acquire_image().said("xrAcquireSwapchainImage")?;
-        self.swapchain.wait_image(xr::Duration::INFINITE).said("xrWaitSwapchainImage")?;
+        let index = self.swapchain.acquire_image().in_call("xrAcquireSwapchainImage")?;
+        self.swapchain.wait_image(xr::Duration::INFINITE).in_call("xrWaitSwapchainImage")?;
         let image = &self.images[index as usize];
-        image.take_over();
+        image.receive_lent();
         let mut frame = Frame::begin(gpu).map_err(from_gpu)?;
         record(&mut frame, image);
-        frame.hand_back(image);
+        frame.return_lent(image);
         frame.finish().map_err(from_gpu)?;
-        self.swapchain.release_image().said("xrReleaseSwapchainImage")
+        self.swapchain.release_image().in_call("xrReleaseSwapchainImage")
     }
 
     /// Width and height, pixels.

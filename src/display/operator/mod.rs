@@ -11,19 +11,19 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::content::Content;
-use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, Timed};
+use super::{Display, DisplayError, DisplayInfo, HeadPose, StimulusFiles, TimedEvent};
 use crate::study::protocol::{Event, Input, Screen};
 
 /// What the session tells the window.
 #[derive(Debug, Clone)]
-enum Told {
+enum WindowMessage {
     Stimuli(Vec<StimulusFiles>),
-    Seen(Box<Seen>),
+    Status(Box<SessionStatus>),
 }
 
 /// The state of a session.
 #[derive(Debug, Clone)]
-struct Seen {
+struct SessionStatus {
     screen: Screen,
     health: Health,
 }
@@ -42,7 +42,7 @@ struct Health {
 }
 
 impl Health {
-    fn hear(&mut self, event: &Event) {
+    fn record(&mut self, event: &Event) {
         match *event {
             Event::Frame { at_ns, rendered } => {
                 self.frames += 1;
@@ -68,35 +68,35 @@ impl Health {
 const EVERY: Duration = Duration::from_millis(100);
 
 /// A display with the operator's window beside it.
-pub struct Mirrored<D> {
+pub struct WithOperatorWindow<D> {
     display: D,
-    seen: Seen,
-    told: Instant,
+    status: SessionStatus,
+    last_sent: Instant,
     clock: Option<(Instant, u64)>,
     /// None once the operator has closed the window.
-    window: Option<(Sender<Told>, Receiver<Input>)>,
+    window: Option<(Sender<WindowMessage>, Receiver<Input>)>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<D: Display> Mirrored<D> {
+impl<D: Display> WithOperatorWindow<D> {
     /// Opens the window. If that fails, the session goes on without it, and a warning says so.
-    pub fn new(display: D, content: &Content) -> Mirrored<D> {
-        let (tell, told) = channel();
-        let (does, inputs) = channel();
+    pub fn new(display: D, content: &Content) -> WithOperatorWindow<D> {
+        let (messages, inbox) = channel();
+        let (operator_inputs, inputs) = channel();
         // Stereograms are large, and the operator does not need to see them.
         let content = Content { dots: Vec::new(), ..content.clone() };
         let thread = std::thread::Builder::new().name("operator".to_owned()).spawn(move || {
-            if let Err(error) = window::run(&content, &told, &does) {
+            if let Err(error) = window::run(&content, &inbox, &operator_inputs) {
                 tracing::warn!("the operator's window: {error}");
             }
         });
         let health = Health { nominal_hz: display.info().nominal_hz, ..Health::default() };
-        Mirrored {
+        WithOperatorWindow {
             display,
-            seen: Seen { screen: Screen::Blank, health },
-            told: Instant::now(),
+            status: SessionStatus { screen: Screen::Blank, health },
+            last_sent: Instant::now(),
             clock: None,
-            window: Some((tell, inputs)),
+            window: Some((messages, inputs)),
             thread: thread.ok(),
         }
     }
@@ -106,33 +106,33 @@ impl<D: Display> Mirrored<D> {
         &self.display
     }
 
-    fn tell(&mut self, what: Told) {
-        if self.window.as_ref().is_some_and(|(tell, _)| tell.send(what).is_err()) {
+    fn send(&mut self, message: WindowMessage) {
+        if self.window.as_ref().is_some_and(|(messages, _)| messages.send(message).is_err()) {
             self.window = None;
         }
     }
 }
 
-impl<D: Display> Display for Mirrored<D> {
+impl<D: Display> Display for WithOperatorWindow<D> {
     fn info(&self) -> &DisplayInfo {
         self.display.info()
     }
 
     fn load(&mut self, stimuli: &[StimulusFiles]) -> Result<(), DisplayError> {
-        self.tell(Told::Stimuli(stimuli.to_vec()));
+        self.send(WindowMessage::Stimuli(stimuli.to_vec()));
         self.display.load(stimuli)
     }
 
-    fn wait(&mut self, idle_frames: u64) -> Result<Timed, DisplayError> {
+    fn wait(&mut self, idle_frames: u64) -> Result<TimedEvent, DisplayError> {
         if let (Some((_, inputs)), Some((at, ns))) = (&self.window, self.clock)
             && let Ok(input) = inputs.try_recv()
         {
             let now_ns = ns + at.elapsed().as_nanos() as u64;
-            return Ok(Timed { now_ns, event: Event::Input(input) });
+            return Ok(TimedEvent { now_ns, event: Event::Input(input) });
         }
         let timed = self.display.wait(idle_frames)?;
         self.clock = Some((Instant::now(), timed.now_ns));
-        self.seen.health.hear(&timed.event);
+        self.status.health.record(&timed.event);
         Ok(timed)
     }
 
@@ -140,10 +140,10 @@ impl<D: Display> Display for Mirrored<D> {
         self.display.present(screen)?;
         // Of moving stimuli the window shows the first frame.
         let screen = screen.first_frame();
-        if screen != self.seen.screen || self.told.elapsed() > EVERY {
-            self.seen.screen = screen;
-            self.told = Instant::now();
-            self.tell(Told::Seen(Box::new(self.seen.clone())));
+        if screen != self.status.screen || self.last_sent.elapsed() > EVERY {
+            self.status.screen = screen;
+            self.last_sent = Instant::now();
+            self.send(WindowMessage::Status(Box::new(self.status.clone())));
         }
         Ok(())
     }
@@ -153,7 +153,7 @@ impl<D: Display> Display for Mirrored<D> {
     }
 }
 
-impl<D> Drop for Mirrored<D> {
+impl<D> Drop for WithOperatorWindow<D> {
     fn drop(&mut self) {
         // The thread ends when nobody sends to it any more.
         self.window = None;

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 
-use super::{Seen, Told};
+use super::{SessionStatus, WindowMessage};
 use crate::display::StimulusFiles;
 use crate::display::content::{Content, Words};
-use crate::display::desktop::{Composition, DesktopOptions, Happened, Mode, Picture, Stage, StageError, fit};
+use crate::display::desktop::{Composition, DesktopOptions, Mode, Picture, ShellEvent, Stage, StageError, fit};
 use crate::display::panel::{Corner, Note, Panel};
 use crate::gpu::{Image, ImageDesc};
 use crate::study::protocol::{Input, Screen};
@@ -27,7 +27,7 @@ struct Window<'a> {
     stimuli: Vec<StimulusFiles>,
     /// Index and picture of the stimulus that was looked at last.
     still: Option<(u32, Image)>,
-    seen: Option<Seen>,
+    status: Option<SessionStatus>,
     /// The note that is being typed.
     note: Option<String>,
     is_closed: bool,
@@ -40,7 +40,11 @@ struct Window<'a> {
 ///
 /// # Errors
 /// No window can be opened, or it was lost.
-pub(super) fn run(content: &Content, told: &Receiver<Told>, does: &Sender<Input>) -> Result<(), StageError> {
+pub(super) fn run(
+    content: &Content,
+    inbox: &Receiver<WindowMessage>,
+    inputs: &Sender<Input>,
+) -> Result<(), StageError> {
     let options = DesktopOptions {
         mode: Mode::LeftEye,
         window: Some(SIZE),
@@ -54,7 +58,7 @@ pub(super) fn run(content: &Content, told: &Receiver<Told>, does: &Sender<Input>
         content,
         stimuli: Vec::new(),
         still: None,
-        seen: None,
+        status: None,
         note: None,
         is_closed: false,
         words: None,
@@ -64,17 +68,17 @@ pub(super) fn run(content: &Content, told: &Receiver<Told>, does: &Sender<Input>
     let mut is_new = true;
     loop {
         loop {
-            match told.try_recv() {
-                Ok(Told::Stimuli(stimuli)) => window.stimuli = stimuli,
-                Ok(Told::Seen(seen)) => (window.seen, is_new) = (Some(*seen), true),
+            match inbox.try_recv() {
+                Ok(WindowMessage::Stimuli(stimuli)) => window.stimuli = stimuli,
+                Ok(WindowMessage::Status(status)) => (window.status, is_new) = (Some(*status), true),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => return Ok(()),
             }
         }
-        while let Some(happened) = window.stage.wait()? {
+        while let Some(event) = window.stage.wait()? {
             is_new = true;
-            if let Some(input) = window.happened(happened)
-                && does.send(input).is_err()
+            if let Some(input) = window.handle(event)
+                && inputs.send(input).is_err()
             {
                 return Ok(());
             }
@@ -92,14 +96,14 @@ pub(super) fn run(content: &Content, told: &Receiver<Told>, does: &Sender<Input>
 }
 
 impl Window<'_> {
-    fn happened(&mut self, happened: Happened) -> Option<Input> {
-        match happened {
-            Happened::Key { key, modifiers, is_repeat } => match &mut self.note {
+    fn handle(&mut self, event: ShellEvent) -> Option<Input> {
+        match event {
+            ShellEvent::Key { key, modifiers, is_repeat } => match &mut self.note {
                 Some(_) => self.type_key(&key),
                 None if is_repeat => None,
                 None => self.press(&key, modifiers),
             },
-            Happened::Close => {
+            ShellEvent::Close => {
                 self.is_closed = true;
                 None
             }
@@ -144,7 +148,7 @@ impl Window<'_> {
 
     /// What the participant is doing, in words; it never names a method.
     fn says(&self) -> String {
-        let Some(Seen { screen, .. }) = &self.seen else { return "The session begins.".to_owned() };
+        let Some(SessionStatus { screen, .. }) = &self.status else { return "The session begins.".to_owned() };
         let progress = |presentation: u32| match self.content.presentations.get(presentation as usize) {
             Some(p) => p
                 .progress
@@ -172,7 +176,7 @@ impl Window<'_> {
     }
 
     fn health(&self) -> String {
-        let Some(Seen { health, .. }) = &self.seen else { return String::new() };
+        let Some(SessionStatus { health, .. }) = &self.status else { return String::new() };
         let seen = match (health.is_unseen, health.is_unfocused) {
             (true, _) => "nobody looks",
             (false, true) => "input goes elsewhere",
@@ -202,12 +206,12 @@ impl Window<'_> {
             None => self.panel.image(width, height)?,
         };
         self.panel.write([&notes, &notes], [0.0; 4], &words)?;
-        if let Some(Seen { screen: Screen::Stimulus { stimulus, .. }, .. }) = self.seen
+        if let Some(SessionStatus { screen: Screen::Stimulus { stimulus, .. }, .. }) = self.status
             && self.still.as_ref().is_none_or(|(at, _)| *at != stimulus)
         {
             self.still = self.thumbnail(stimulus).map(|image| (stimulus, image));
         }
-        let is_stimulus = matches!(self.seen, Some(Seen { screen: Screen::Stimulus { .. }, .. }));
+        let is_stimulus = matches!(self.status, Some(SessionStatus { screen: Screen::Stimulus { .. }, .. }));
         let picture = match &self.still {
             Some((_, image)) if is_stimulus => Picture::Stereo { image, is_encoded: false },
             _ => Picture::None,

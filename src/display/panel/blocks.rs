@@ -5,12 +5,12 @@ use std::sync::Arc;
 use egui::{Align, Align2, Color32, CornerRadius, FontId, Galley, Pos2, Rect, Stroke, StrokeKind, Vec2, pos2, vec2};
 
 use super::Target;
-use super::style::Ink;
+use super::style::Palette;
 use crate::study::protocol::Input;
 
 /// How a button looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Look {
+pub(super) enum ButtonStyle {
     Plain,
     /// For the choice that was made, or the button that goes on.
     Strong,
@@ -22,7 +22,7 @@ pub(super) enum Look {
 
 /// Where a button shows its key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum KeyAt {
+pub(super) enum KeyPlacement {
     Below,
     Left,
 }
@@ -30,9 +30,9 @@ pub(super) enum KeyAt {
 pub(super) struct Button {
     pub text: Arc<Galley>,
     /// The key to press, in small letters, below the words or before them.
-    pub key: Option<(Arc<Galley>, KeyAt)>,
+    pub key: Option<(Arc<Galley>, KeyPlacement)>,
     pub input: Input,
-    pub look: Look,
+    pub look: ButtonStyle,
 }
 
 pub(super) enum Block {
@@ -65,7 +65,7 @@ pub(super) enum Block {
 /// What blocks are drawn with, and where.
 pub(super) struct Brush<'a> {
     pub painter: &'a egui::Painter,
-    pub ink: Ink,
+    pub palette: Palette,
     pub em: f32,
     /// Horizontal middle of the image.
     pub middle_x: f32,
@@ -130,7 +130,7 @@ impl Brush<'_> {
         match block {
             Block::Text { galley, column } => {
                 let x = column.map_or(self.middle_x, |width| self.middle_x - width / 2.0);
-                self.painter.galley(pos2(x.round(), y.round()), Arc::clone(galley), self.ink.text);
+                self.painter.galley(pos2(x.round(), y.round()), Arc::clone(galley), self.palette.text);
             }
             Block::Gap(_) => {}
             Block::Row { buttons, each, column } => {
@@ -157,16 +157,16 @@ impl Brush<'_> {
 
     fn button(&mut self, button: &Button, rect: Rect) {
         let rect = Rect::from_min_max(rect.min.round(), rect.max.round());
-        let is_hovered = self.hover == Some(self.targets.len()) && button.look != Look::Off;
-        let ink = self.ink;
+        let is_hovered = self.hover == Some(self.targets.len()) && button.look != ButtonStyle::Off;
+        let palette = self.palette;
         let (fill, line) = match (button.look, is_hovered) {
-            (Look::Plain, false) => (ink.button, ink.line),
-            (Look::Plain, true) => (ink.hovered, ink.text),
-            (Look::Strong, false) => (ink.strong, ink.strong),
-            (Look::Strong, true) => (ink.strong_hovered, ink.text),
-            (Look::Quiet, false) => (Color32::TRANSPARENT, Color32::TRANSPARENT),
-            (Look::Quiet, true) => (Color32::TRANSPARENT, ink.text),
-            (Look::Off, _) => (Color32::TRANSPARENT, ink.line),
+            (ButtonStyle::Plain, false) => (palette.button, palette.line),
+            (ButtonStyle::Plain, true) => (palette.hovered, palette.text),
+            (ButtonStyle::Strong, false) => (palette.strong, palette.strong),
+            (ButtonStyle::Strong, true) => (palette.strong_hovered, palette.text),
+            (ButtonStyle::Quiet, false) => (Color32::TRANSPARENT, Color32::TRANSPARENT),
+            (ButtonStyle::Quiet, true) => (Color32::TRANSPARENT, palette.text),
+            (ButtonStyle::Off, _) => (Color32::TRANSPARENT, palette.line),
         };
         let radius = CornerRadius::same((0.3 * self.em) as u8);
         let width = if is_hovered { 0.1 } else { 0.05 } * self.em;
@@ -174,15 +174,15 @@ impl Brush<'_> {
         let key = key_below(button);
         place(self.painter, &button.text, rect.center() - vec2(0.0, key / 2.0));
         match &button.key {
-            Some((galley, KeyAt::Below)) => {
+            Some((galley, KeyPlacement::Below)) => {
                 place(self.painter, galley, pos2(rect.center().x, rect.bottom() - (self.padding().y + key) / 2.0));
             }
-            Some((galley, KeyAt::Left)) => {
+            Some((galley, KeyPlacement::Left)) => {
                 place(self.painter, galley, pos2(rect.left() + 0.9 * self.em, rect.center().y));
             }
             None => {}
         }
-        if button.look != Look::Off {
+        if button.look != ButtonStyle::Off {
             let rect = [rect.left(), rect.top(), rect.right(), rect.bottom()];
             self.targets.push(Target { rect, input: button.input.clone() });
         }
@@ -193,7 +193,7 @@ impl Brush<'_> {
         let at = pos2((self.middle_x - size / 2.0).round(), (y + 0.3 * self.em).round());
         let rect = Rect::from_min_size(at, Vec2::splat(size));
         // A frame that both eyes see alike helps to keep the eyes' views fused.
-        let frame = Stroke::new((0.12 * self.em).max(2.0), self.ink.text);
+        let frame = Stroke::new((0.12 * self.em).max(2.0), self.palette.text);
         self.painter.rect_stroke(rect.expand(0.25 * self.em), CornerRadius::ZERO, frame, StrokeKind::Outside);
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         self.painter.image(texture, rect, whole, Color32::WHITE);
@@ -210,14 +210,14 @@ impl Brush<'_> {
     pub fn footer(&self, text: &str, height: f32) {
         let font = FontId::proportional((0.8 * self.em).round());
         let at = pos2(self.middle_x, height - 1.0 * self.em);
-        self.painter.text(at, Align2::CENTER_BOTTOM, text, font, self.ink.quiet);
+        self.painter.text(at, Align2::CENTER_BOTTOM, text, font, self.palette.quiet);
     }
 }
 
 /// Height of the key below a button's words.
 fn key_below(button: &Button) -> f32 {
     match &button.key {
-        Some((galley, KeyAt::Below)) => galley.size().y,
+        Some((galley, KeyPlacement::Below)) => galley.size().y,
         _ => 0.0,
     }
 }

@@ -51,7 +51,7 @@ pub struct Target {
 
 /// What can be pointed at in a picture, and how it was drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Drawn {
+pub struct DrawnView {
     pub targets: Vec<Target>,
     /// Scale of the words; 1 is the size for the pixels per degree, and it is smaller where the words would not fit.
     pub scale: f32,
@@ -59,7 +59,7 @@ pub struct Drawn {
     pub is_stereo: bool,
 }
 
-impl Drawn {
+impl DrawnView {
     /// Index of the target at a place, pixels from the upper left.
     pub fn at(&self, [x, y]: [f32; 2]) -> Option<usize> {
         self.targets.iter().position(|t| (t.rect[0]..t.rect[2]).contains(&x) && (t.rect[1]..t.rect[3]).contains(&y))
@@ -73,7 +73,7 @@ impl Drawn {
 
 /// The triangles of one layer, with the changes of egui's textures that they need.
 #[derive(Default)]
-struct Laid {
+struct LaidOutLayer {
     primitives: Vec<egui::ClippedPrimitive>,
     set: Vec<(egui::TextureId, Vec<egui::epaint::ImageDelta>)>,
     free: Vec<egui::TextureId>,
@@ -135,15 +135,15 @@ impl Panel {
     ///
     /// # Errors
     /// What Vulkan said.
-    pub fn draw(&mut self, content: &Content, view: &View, into: &Image) -> Result<Drawn, GpuError> {
+    pub fn draw(&mut self, content: &Content, view: &View, into: &Image) -> Result<DrawnView, GpuError> {
         self.keep_dots(content, &view.screen);
         let (px_per_degree, shows_keys, dot_px) = (self.px_per_degree, self.shows_keys, self.dot_px);
         let dots = self.dots.as_ref().map(|(_, textures)| textures[0].id());
         let (drawn, left) = self.lay_out(into, |painter, size| {
-            page::Sheet { painter, content, view, size, px_per_degree, shows_keys, dot_px, dots }.draw()
+            page::PageLayout { painter, content, view, size, px_per_degree, shows_keys, dot_px, dots }.draw()
         });
         let right = left.primitives.iter().cloned().map(|p| self.for_right_eye(p)).collect();
-        let right = Laid { primitives: right, ..Laid::default() };
+        let right = LaidOutLayer { primitives: right, ..LaidOutLayer::default() };
         let ground = content.blank.linear();
         let clear = match view.screen {
             Screen::Stimulus { .. } => [0.0; 4],
@@ -164,7 +164,7 @@ impl Panel {
     }
 
     /// Turns shapes into triangles for an image of this size.
-    fn lay_out<T>(&self, into: &Image, draw: impl FnOnce(egui::Painter, egui::Vec2) -> T) -> (T, Laid) {
+    fn lay_out<T>(&self, into: &Image, draw: impl FnOnce(egui::Painter, egui::Vec2) -> T) -> (T, LaidOutLayer) {
         let (width, height) = into.extent();
         let size = egui::vec2(width as f32, height as f32);
         self.context.begin_pass(egui::RawInput {
@@ -175,7 +175,7 @@ impl Panel {
         let drawn = draw(self.context.layer_painter(egui::LayerId::background()), size);
         let mut output = self.context.end_pass();
         // The changes are taken out of egui's type, which reports a bug when it is dropped with changes left.
-        let laid = Laid {
+        let laid = LaidOutLayer {
             set: std::mem::take(&mut output.textures_delta.set).into_iter().map(|(id, d)| (id, d.into_vec())).collect(),
             free: std::mem::take(&mut output.textures_delta.free).into_iter().collect(),
             primitives: self.context.tessellate(output.shapes, output.pixels_per_point),
@@ -184,7 +184,7 @@ impl Panel {
     }
 
     /// Draws both layers of an image.
-    fn fill(&mut self, into: &Image, clear: [f32; 4], eyes: [Laid; 2]) -> Result<(), GpuError> {
+    fn fill(&mut self, into: &Image, clear: [f32; 4], eyes: [LaidOutLayer; 2]) -> Result<(), GpuError> {
         let queue = self.gpu.queue().0;
         for (id, changes) in eyes.iter().flat_map(|laid| &laid.set) {
             for change in changes {

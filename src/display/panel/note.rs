@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, CornerRadius, FontId, Painter, Rect, pos2, vec2};
 
-use super::style::Ink;
+use super::style::Palette;
 
 /// The point of a note that is placed at its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub enum Note {
 }
 
 pub(super) fn draw(painter: &Painter, em: f32, notes: &[Note]) {
-    let ink = Ink::on(128);
+    let palette = Palette::on(128);
     for note in notes {
         match note {
             Note::Bar { rect: [x, y, width, height], grey } => {
@@ -31,7 +31,7 @@ pub(super) fn draw(painter: &Painter, em: f32, notes: &[Note]) {
             }
             Note::Text { text, at, corner, size } => {
                 let font = FontId::proportional((size * em).round());
-                let galley = painter.layout(text.clone(), font, ink.text, painter.clip_rect().width() - 2.0 * em);
+                let galley = painter.layout(text.clone(), font, palette.text, painter.clip_rect().width() - 2.0 * em);
                 let align = match corner {
                     Corner::UpperLeft => Align2::LEFT_TOP,
                     Corner::LowerLeft => Align2::LEFT_BOTTOM,
@@ -41,7 +41,7 @@ pub(super) fn draw(painter: &Painter, em: f32, notes: &[Note]) {
                 let plate = align.anchor_size(pos2(at[0], at[1]), room);
                 let radius = CornerRadius::same((0.2 * em) as u8);
                 painter.rect_filled(plate, radius, Color32::from_gray(200));
-                painter.galley(plate.min + vec2(0.5, 0.25) * em * *size, galley, ink.text);
+                painter.galley(plate.min + vec2(0.5, 0.25) * em * *size, galley, palette.text);
             }
         }
     }

@@ -2,15 +2,15 @@
 
 use egui::{Align, Align2, CornerRadius, FontId, Rect, Stroke, StrokeKind, Vec2, pos2, vec2};
 
-use super::blocks::{Block, Brush, Button, KeyAt, Look};
-use super::style::{Ink, em_px};
-use super::{Drawn, View};
+use super::blocks::{Block, Brush, Button, ButtonStyle, KeyPlacement};
+use super::style::{Palette, em_px};
+use super::{DrawnView, View};
 use crate::display::content::{Content, Words};
 use crate::study::protocol::{Input, Screen};
 use cyclopean_analysis::journal::record::Shown;
 
 /// One picture that is laid out.
-pub(super) struct Sheet<'a> {
+pub(super) struct PageLayout<'a> {
     pub painter: egui::Painter,
     pub content: &'a Content,
     pub view: &'a View,
@@ -26,16 +26,16 @@ pub(super) struct Sheet<'a> {
 /// Smallest scale; text that is smaller cannot be read. What does not fit even then is cut off.
 const SMALLEST: f32 = 0.35;
 
-impl Sheet<'_> {
-    pub fn draw(&self) -> Drawn {
-        let ink = Ink::on(self.content.blank.byte());
+impl PageLayout<'_> {
+    pub fn draw(&self) -> DrawnView {
+        let palette = Palette::on(self.content.blank.byte());
         let mut scale = 1.0;
-        let mut brush = self.brush(ink, scale);
+        let mut brush = self.brush(palette, scale);
         let mut blocks = self.blocks(&brush);
         // There is room for the footer and the mark above and below.
         while !self.fits(&brush, &blocks) && scale > SMALLEST {
             scale *= 0.95;
-            brush = self.brush(ink, scale);
+            brush = self.brush(palette, scale);
             blocks = self.blocks(&brush);
         }
         let height: f32 = blocks.iter().map(|b| brush.height(b)).sum();
@@ -50,14 +50,14 @@ impl Sheet<'_> {
         }
         self.signs(&brush);
         let is_stereo = matches!(self.view.screen, Screen::Dots(_));
-        Drawn { targets: brush.targets, scale, is_stereo }
+        DrawnView { targets: brush.targets, scale, is_stereo }
     }
 
-    fn brush(&self, ink: Ink, scale: f32) -> Brush<'_> {
+    fn brush(&self, palette: Palette, scale: f32) -> Brush<'_> {
         let em = scale * em_px(self.px_per_degree);
         Brush {
             painter: &self.painter,
-            ink,
+            palette,
             em,
             middle_x: self.size.x / 2.0,
             hover: self.view.hover,
@@ -90,8 +90,8 @@ impl Sheet<'_> {
     }
 
     fn page(&self, brush: &Brush<'_>, page: &crate::display::content::PageText) -> Vec<Block> {
-        let (ink, wrap) = (brush.ink, self.line(brush));
-        let body = brush.text(&page.body, 1.0, ink.text, wrap, Align::LEFT);
+        let (palette, wrap) = (brush.palette, self.line(brush));
+        let body = brush.text(&page.body, 1.0, palette.text, wrap, Align::LEFT);
         // Short words are centred; a longer text is flush left in its column.
         let is_short = body.rows.len() <= 1;
         let mut blocks = Vec::new();
@@ -100,17 +100,17 @@ impl Sheet<'_> {
             let galley = brush.text(text, size, color, wrap, align);
             blocks.push(Block::Text { galley, column: (!is_short).then_some(body.size().x) });
         };
-        add(&page.title, 1.6, ink.text);
-        add(&page.body, 1.0, ink.text);
+        add(&page.title, 1.6, palette.text);
+        add(&page.body, 1.0, palette.text);
         if let Some(small) = &page.small {
-            add(" ", 0.4, ink.text);
-            add(small, 0.8, ink.quiet);
+            add(" ", 0.4, palette.text);
+            add(small, 0.8, palette.quiet);
         }
         blocks.insert(1, Block::Gap(0.6 * brush.em));
         blocks.push(Block::Gap(1.6 * brush.em));
         let mut buttons = Vec::new();
         for (i, (text, input)) in page.buttons.iter().enumerate() {
-            let look = if i == 0 { Look::Strong } else { Look::Plain };
+            let look = if i == 0 { ButtonStyle::Strong } else { ButtonStyle::Plain };
             buttons.push(self.button(brush, text, input.clone(), look));
         }
         blocks.push(Block::Row { buttons, each: None, column: (!is_short).then_some(body.size().x) });
@@ -119,7 +119,7 @@ impl Sheet<'_> {
 
     fn item(&self, brush: &Brush<'_>, at: usize) -> Vec<Block> {
         let Some(item) = self.content.items.get(at) else { return Vec::new() };
-        let (ink, wrap) = (brush.ink, self.line(brush));
+        let (palette, wrap) = (brush.palette, self.line(brush));
         let center = |text: &str, size: f32, color| Block::Text {
             galley: brush.text(text, size, color, wrap, Align::Center),
             column: None,
@@ -127,18 +127,18 @@ impl Sheet<'_> {
         let each = 14.0 * brush.em;
         let buttons = (0..)
             .zip(&item.options)
-            .map(|(i, option)| self.choice(brush, option, i, Look::Plain, each, KeyAt::Left))
+            .map(|(i, option)| self.choice(brush, option, i, ButtonStyle::Plain, each, KeyPlacement::Left))
             .collect();
         let decline = &self.content.words.rather_not_say;
         vec![
-            center(&item.lead, 0.9, ink.quiet),
+            center(&item.lead, 0.9, palette.quiet),
             Block::Gap(0.3 * brush.em),
-            center(&item.question, 1.5, ink.text),
+            center(&item.question, 1.5, palette.text),
             Block::Gap(1.0 * brush.em),
             Block::Column { buttons, each },
             Block::Gap(0.8 * brush.em),
             Block::Row {
-                buttons: vec![self.button(brush, decline, Input::Decline, Look::Quiet)],
+                buttons: vec![self.button(brush, decline, Input::Decline, ButtonStyle::Quiet)],
                 each: None,
                 column: None,
             },
@@ -147,13 +147,13 @@ impl Sheet<'_> {
 
     fn stereogram(&self, brush: &Brush<'_>, at: usize) -> Vec<Block> {
         let (Some(dots), Some(texture)) = (self.content.dots.get(at), self.dots) else { return Vec::new() };
-        let question = brush.text(&self.content.words.dots, 1.2, brush.ink.text, self.line(brush), Align::Center);
+        let question = brush.text(&self.content.words.dots, 1.2, brush.palette.text, self.line(brush), Align::Center);
         let corners = (0..4)
             .map(|i: u32| Button {
-                text: brush.text(&(i + 1).to_string(), 1.0, brush.ink.on_button, f32::INFINITY, Align::Center),
+                text: brush.text(&(i + 1).to_string(), 1.0, brush.palette.on_button, f32::INFINITY, Align::Center),
                 key: None,
                 input: Input::Choose(i),
-                look: Look::Plain,
+                look: ButtonStyle::Plain,
             })
             .collect();
         vec![
@@ -164,25 +164,25 @@ impl Sheet<'_> {
     }
 
     fn panel(&self, brush: &Brush<'_>, chosen: Option<u32>, reminder: bool) -> Vec<Block> {
-        let (ink, em, words) = (brush.ink, brush.em, &self.content.words);
+        let (palette, em, words) = (brush.palette, brush.em, &self.content.words);
         let wrap = self.line(brush);
-        let question = brush.text(&self.content.question, 1.5, ink.text, wrap, Align::Center);
+        let question = brush.text(&self.content.question, 1.5, palette.text, wrap, Align::Center);
         let n = self.content.choices.len().max(1) as f32;
         let room = self.size.x - 3.0 * em - 0.6 * em * (n - 1.0);
         let longest = self.content.choices.iter().flat_map(|c| c.split_whitespace()).map(|w| w.chars().count()).max();
         // No word is broken, so the longest one decides which width is too narrow.
         let narrow = (0.62 * longest.unwrap_or(1) as f32 + 1.6) * em;
         let each = (room / n).min(9.0 * em);
-        let look = |i: u32| if chosen == Some(i) { Look::Strong } else { Look::Plain };
-        let choices = |each: f32, key_at: KeyAt| -> Vec<Button> {
+        let look = |i: u32| if chosen == Some(i) { ButtonStyle::Strong } else { ButtonStyle::Plain };
+        let choices = |each: f32, key_at: KeyPlacement| -> Vec<Button> {
             let texts = (0..).zip(&self.content.choices);
             texts.map(|(i, text)| self.choice(brush, text, i, look(i), each, key_at)).collect()
         };
         let scale = if each >= narrow {
-            Block::Row { buttons: choices(each, KeyAt::Below), each: Some(each), column: None }
+            Block::Row { buttons: choices(each, KeyPlacement::Below), each: Some(each), column: None }
         } else {
             let each = (20.0 * em).min(self.size.x - 3.0 * em);
-            Block::Column { buttons: choices(each, KeyAt::Left), each }
+            Block::Column { buttons: choices(each, KeyPlacement::Left), each }
         };
         let said = match (reminder, self.view.time_left_s) {
             (false, _) => " ".to_owned(),
@@ -192,9 +192,9 @@ impl Sheet<'_> {
             }
         };
         // There is room for the reminder from the start, so that nothing moves when it appears.
-        let said = brush.text(&said, 0.9, ink.text, wrap, Align::Center);
+        let said = brush.text(&said, 0.9, palette.text, wrap, Align::Center);
         let gap = (2.6 * em - said.size().y).max(0.0);
-        let look = if chosen.is_some() { Look::Strong } else { Look::Off };
+        let look = if chosen.is_some() { ButtonStyle::Strong } else { ButtonStyle::Off };
         let confirm = self.button(brush, &words.confirm, Input::Confirm, look);
         vec![
             Block::Text { galley: question, column: None },
@@ -209,10 +209,18 @@ impl Sheet<'_> {
     }
 
     /// The button for choice number `i`, of this width.
-    fn choice(&self, brush: &Brush<'_>, text: &str, i: u32, look: Look, each: f32, key_at: KeyAt) -> Button {
+    fn choice(
+        &self,
+        brush: &Brush<'_>,
+        text: &str,
+        i: u32,
+        look: ButtonStyle,
+        each: f32,
+        key_at: KeyPlacement,
+    ) -> Button {
         let color = self.color(brush, look);
         let key = |i: u32| brush.text(&(i + 1).to_string(), 0.75, color, f32::INFINITY, Align::Center);
-        let room = if key_at == KeyAt::Left && self.shows_keys { 3.0 } else { 1.2 };
+        let room = if key_at == KeyPlacement::Left && self.shows_keys { 3.0 } else { 1.2 };
         Button {
             text: brush.text(text, 1.0, color, each - room * brush.em, Align::Center),
             key: self.shows_keys.then(|| (key(i), key_at)),
@@ -221,18 +229,18 @@ impl Sheet<'_> {
         }
     }
 
-    fn button(&self, brush: &Brush<'_>, text: &str, input: Input, look: Look) -> Button {
+    fn button(&self, brush: &Brush<'_>, text: &str, input: Input, look: ButtonStyle) -> Button {
         let color = self.color(brush, look);
         let galley = brush.text(text, 1.0, color, f32::INFINITY, Align::Center);
         Button { text: galley, key: None, input, look }
     }
 
-    fn color(&self, brush: &Brush<'_>, look: Look) -> egui::Color32 {
+    fn color(&self, brush: &Brush<'_>, look: ButtonStyle) -> egui::Color32 {
         match look {
-            Look::Plain => brush.ink.on_button,
-            Look::Strong => brush.ink.on_strong,
-            Look::Quiet => brush.ink.quiet,
-            Look::Off => brush.ink.line,
+            ButtonStyle::Plain => brush.palette.on_button,
+            ButtonStyle::Strong => brush.palette.on_strong,
+            ButtonStyle::Quiet => brush.palette.quiet,
+            ButtonStyle::Off => brush.palette.line,
         }
     }
 
@@ -260,21 +268,25 @@ impl Sheet<'_> {
                 let half = (0.4 * self.px_per_degree).max(8.0).round();
                 let thick = (0.06 * self.px_per_degree).max(2.0).round();
                 for arm in [vec2(2.0 * half, thick), vec2(thick, 2.0 * half)] {
-                    self.painter.rect_filled(Rect::from_center_size(middle, arm), CornerRadius::ZERO, brush.ink.text);
+                    self.painter.rect_filled(
+                        Rect::from_center_size(middle, arm),
+                        CornerRadius::ZERO,
+                        brush.palette.text,
+                    );
                 }
             }
             Screen::Stimulus { show: show @ (Shown::A | Shown::B), .. } => {
                 let letter = if *show == Shown::A { "A" } else { "B" };
                 let at = self.view.label_at.map_or(middle, |[x, y]| pos2(x, y));
                 let font = FontId::proportional((1.6 * brush.em).round());
-                self.painter.text(at, Align2::CENTER_CENTER, letter, font, brush.ink.text);
+                self.painter.text(at, Align2::CENTER_CENTER, letter, font, brush.palette.text);
             }
             _ => {}
         }
         if let Some(mark) = &self.content.mark {
             let whole = Rect::from_min_size(egui::Pos2::ZERO, self.size);
             let width = (0.16 * brush.em).max(3.0).round();
-            let line = Stroke::new(width, brush.ink.mark);
+            let line = Stroke::new(width, brush.palette.mark);
             self.painter.rect_stroke(whole, CornerRadius::ZERO, line, StrokeKind::Inside);
             let font = FontId::proportional((0.7 * brush.em).round());
             let at = pos2(1.5 * width + 0.4 * brush.em, 1.5 * width);
@@ -283,7 +295,7 @@ impl Sheet<'_> {
                 pos2(0.0, 0.0),
                 vec2(at.x + galley.size().x + 0.5 * brush.em, at.y + galley.size().y + 0.1 * brush.em),
             );
-            self.painter.rect_filled(plate, CornerRadius::ZERO, brush.ink.mark);
+            self.painter.rect_filled(plate, CornerRadius::ZERO, brush.palette.mark);
             self.painter.galley(at, galley, egui::Color32::WHITE);
         }
     }

@@ -28,7 +28,7 @@ pub(super) fn fonts(more: Option<&[u8]>) -> FontDefinitions {
 
 /// Colours on a background of this grey; the contrast of all text to what it stands on is at least 4.5 : 1.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ink {
+pub(super) struct Palette {
     pub text: Color32,
     /// Less important text.
     pub quiet: Color32,
@@ -44,12 +44,12 @@ pub(super) struct Ink {
     pub mark: Color32,
 }
 
-impl Ink {
-    pub fn on(ground: u8) -> Ink {
+impl Palette {
+    pub fn on(ground: u8) -> Palette {
         let dark = Color32::from_gray(12);
         let light = Color32::from_gray(245);
         if ground >= 100 {
-            Ink {
+            Palette {
                 text: dark,
                 quiet: Color32::from_gray(24),
                 button: Color32::from_gray(ground.saturating_add(38)),
@@ -62,7 +62,7 @@ impl Ink {
                 mark: Color32::from_rgb(94, 30, 0),
             }
         } else {
-            Ink {
+            Palette {
                 text: light,
                 quiet: Color32::from_gray(220),
                 button: Color32::from_gray(ground + 40),

@@ -12,22 +12,22 @@ use crate::render::ray_list::RayList;
 pub struct AoImages {
     /// How much of its surroundings a pixel sees: 1 open, 0 hidden.
     pub visibility: Image,
-    pub estimated: Option<Estimated>,
+    pub estimated: Option<EstimateImages>,
     /// Sums over the rays so far, with [`Ao::RayTraced`].
     pub sum: Option<Image>,
 }
 
 /// The images of the methods that estimate visibility from the views.
-pub struct Estimated {
+pub struct EstimateImages {
     /// Visibility before the filter, with depth.
     pub raw: Image,
     /// Visibility filtered along x, with the taps' weight and depth.
     pub rows: Image,
-    pub stereo: Option<Stereo>,
+    pub stereo: Option<StereoImages>,
 }
 
 /// The further images of the methods that combine both eyes.
-pub struct Stereo {
+pub struct StereoImages {
     /// The map of pairs: each pixel's depth, and the other eye's pixel that shows the same place.
     pub pairs: Image,
     /// Filtered visibility, with the taps' weight and depth.
@@ -52,12 +52,12 @@ impl AoImages {
             visibility: stereo("ambient visibility", vk::Format::R32_SFLOAT)?,
             estimated: match ao.is_estimated() {
                 false => None,
-                true => Some(Estimated {
+                true => Some(EstimateImages {
                     raw: words("raw ambient visibility")?,
                     rows: words("ambient visibility along x")?,
                     stereo: match ao.is_stereo() {
                         false => None,
-                        true => Some(Stereo {
+                        true => Some(StereoImages {
                             pairs: words("pairs of places")?,
                             filtered: words("filtered ambient visibility")?,
                             visible: ao.is_adaptive().then(|| RayList::new(gpu, pixels)).transpose()?,

@@ -10,12 +10,12 @@ use std::rc::Rc;
 
 use super::bvh::RayScene;
 use super::method::Ao;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use crate::gpu::{Gpu, GpuError};
 use settings::AoSettings;
 
 pub use rays::RaysPass;
-pub use views::{Seen, ViewsPass};
+pub use views::{AoBindings, ViewsPass};
 
 /// The passes of one method.
 pub enum AoPass {
@@ -30,7 +30,7 @@ impl AoPass {
     /// When a Vulkan call fails.
     pub fn new(
         gpu: &Rc<Gpu>,
-        needs: &Needs,
+        needs: &FrameNeeds,
         settings: AoSettings,
         rays: Option<&RayScene>,
     ) -> Result<Option<AoPass>, GpuError> {

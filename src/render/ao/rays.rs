@@ -5,10 +5,10 @@ use std::rc::Rc;
 use bytemuck::{Pod, Zeroable};
 
 use super::settings::AoSettings;
-use super::views::Seen;
+use super::views::AoBindings;
 use crate::gpu::{ComputePass, Frame, Gpu, GpuError};
 use crate::render::bvh::RayScene;
-use crate::render::needs::Needs;
+use crate::render::needs::FrameNeeds;
 use crate::render::shaders;
 use crate::render::upload::SceneResources;
 
@@ -29,7 +29,7 @@ struct Constants {
 impl RaysPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, settings: AoSettings, rays: &RayScene) -> Result<RaysPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, settings: AoSettings, rays: &RayScene) -> Result<RaysPass, GpuError> {
         let words = rays.variant(&shaders::AO_RAYS_COMP, &shaders::AO_RAYS_RAY_QUERY_COMP).words();
         Ok(RaysPass { settings, pass: ComputePass::new(gpu, "ao_rays", &words, &[u32::from(needs.mask)])? })
     }
@@ -47,20 +47,20 @@ impl RaysPass {
         &self,
         frame: &mut Frame,
         (resources, rays): (&SceneResources, &RayScene),
-        seen: Seen<'_>,
+        bindings: AoBindings<'_>,
         (first, count): (u32, u32),
     ) -> Result<(), GpuError> {
-        let Some(sum) = &seen.images.sum else { return Ok(()) };
-        let context = seen.context;
+        let Some(sum) = &bindings.images.sum else { return Ok(()) };
+        let context = bindings.context;
         frame
             .compute(&self.pass)
             .uniform(&context.frame)
             .with(|chain| rays.bind(chain, resources, context))
-            .sampled(&seen.gbuffer.surface, &context.nearest)
-            .sampled(&seen.gbuffer.depth, &context.nearest)
+            .sampled(&bindings.gbuffer.surface, &context.nearest)
+            .sampled(&bindings.gbuffer.depth, &context.nearest)
             .read_write(sum)
-            .write(&seen.images.visibility)
+            .write(&bindings.images.visibility)
             .constants(&Constants { radius_m: self.settings.radius_m, first, count })
-            .dispatch_stereo(seen.images.visibility.extent())
+            .dispatch_stereo(bindings.images.visibility.extent())
     }
 }

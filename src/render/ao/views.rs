@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::images::{AoImages, Estimated, Stereo};
+use super::images::{AoImages, EstimateImages, StereoImages};
 use super::settings::AoSettings;
 use crate::gpu::{ComputePass, Dispatch, Frame, Gpu, GpuError, Image};
 use crate::method::Ao;
@@ -15,7 +15,7 @@ use crate::render::targets::GBuffer;
 
 /// What the passes of a frame read and write.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct AoBindings<'a> {
     pub context: &'a Context,
     pub gbuffer: &'a GBuffer,
     pub images: &'a AoImages,
@@ -43,14 +43,14 @@ struct StereoPasses {
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Estimate {
+struct EstimateConstants {
     radius_m: f32,
     threshold: f32,
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Threshold {
+struct ThresholdConstants {
     share: f32,
 }
 
@@ -95,21 +95,21 @@ impl ViewsPass {
 
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn record(&self, frame: &mut Frame, seen: Seen<'_>) -> Result<(), GpuError> {
-        let Some(out) = &seen.images.estimated else { return Ok(()) };
-        let extent = seen.images.visibility.extent();
-        let context = seen.context;
+    pub fn record(&self, frame: &mut Frame, bindings: AoBindings<'_>) -> Result<(), GpuError> {
+        let Some(out) = &bindings.images.estimated else { return Ok(()) };
+        let extent = bindings.images.visibility.extent();
+        let context = bindings.context;
         let pairs = out.stereo.as_ref().zip(self.stereo.as_ref());
         if let Some((images, passes)) = pairs {
             frame
                 .compute(&passes.pairs)
                 .uniform(&context.frame)
-                .sampled(&seen.gbuffer.surface, &context.nearest)
-                .sampled(&seen.gbuffer.depth, &context.nearest)
+                .sampled(&bindings.gbuffer.surface, &context.nearest)
+                .sampled(&bindings.gbuffer.depth, &context.nearest)
                 .write(&images.pairs)
                 .dispatch_stereo(extent)?;
         }
-        self.estimate(frame.compute(&self.obscurance), seen, out).dispatch_stereo(extent)?;
+        self.estimate(frame.compute(&self.obscurance), bindings, out).dispatch_stereo(extent)?;
         if let Some((images, passes)) = pairs
             && let Some(reproject) = &passes.reproject
         {
@@ -122,10 +122,10 @@ impl ViewsPass {
         }
         for second in [false, true] {
             let pass = &self.filter[usize::from(second)];
-            filter(frame.compute(pass), seen, out, second).dispatch_stereo(extent)?;
+            filter(frame.compute(pass), bindings, out, second).dispatch_stereo(extent)?;
         }
         match pairs {
-            Some((images, passes)) => self.compare_eyes(frame, seen, (out, images), passes),
+            Some((images, passes)) => self.compare_eyes(frame, bindings, (out, images), passes),
             None => Ok(()),
         }
     }
@@ -134,13 +134,13 @@ impl ViewsPass {
     fn compare_eyes(
         &self,
         frame: &mut Frame,
-        seen: Seen<'_>,
-        (out, images): (&Estimated, &Stereo),
+        bindings: AoBindings<'_>,
+        (out, images): (&EstimateImages, &StereoImages),
         passes: &StereoPasses,
     ) -> Result<(), GpuError> {
-        let (context, visibility) = (seen.context, &seen.images.visibility);
+        let (context, visibility) = (bindings.context, &bindings.images.visibility);
         let (Some(select), Some(list)) = (&passes.select, &images.visible) else {
-            return blend(frame.compute(&passes.blend), seen, images).dispatch_stereo(visibility.extent());
+            return blend(frame.compute(&passes.blend), bindings, images).dispatch_stereo(visibility.extent());
         };
         list.clear(frame);
         frame
@@ -150,58 +150,58 @@ impl ViewsPass {
             .sampled(visibility, &context.nearest)
             .write_buffer(&list.rays)
             .write_buffer(&list.arguments)
-            .constants(&Threshold { share: self.settings.threshold })
+            .constants(&ThresholdConstants { share: self.settings.threshold })
             .dispatch_stereo(visibility.extent())?;
         if let Some((obscurance, filters)) = &passes.again {
-            self.estimate(frame.compute(obscurance), seen, out)
+            self.estimate(frame.compute(obscurance), bindings, out)
                 .read_buffer(&list.rays)
                 .read_buffer(&list.arguments)
                 .sampled(visibility, &context.nearest)
                 .dispatch_indirect(&list.arguments, 0)?;
             for second in [false, true] {
-                listed(filter(frame.compute(&filters[usize::from(second)]), seen, out, second), list)?;
+                listed(filter(frame.compute(&filters[usize::from(second)]), bindings, out, second), list)?;
             }
         }
-        listed(blend(frame.compute(&passes.blend), seen, images), list)
+        listed(blend(frame.compute(&passes.blend), bindings, images), list)
     }
 
     /// Binds what `ao_obscurance.comp` reads and writes.
-    fn estimate<'f>(&self, chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated) -> Dispatch<'f> {
-        let context = seen.context;
+    fn estimate<'f>(&self, chain: Dispatch<'f>, bindings: AoBindings<'f>, out: &'f EstimateImages) -> Dispatch<'f> {
+        let context = bindings.context;
         // Without pairs the shader does not read this image.
-        let pairs = out.stereo.as_ref().map_or(&seen.gbuffer.surface, |s| &s.pairs);
+        let pairs = out.stereo.as_ref().map_or(&bindings.gbuffer.surface, |s| &s.pairs);
         chain
             .uniform(&context.frame)
-            .sampled(&seen.gbuffer.surface, &context.nearest)
-            .sampled(&seen.gbuffer.depth, &context.nearest)
+            .sampled(&bindings.gbuffer.surface, &context.nearest)
+            .sampled(&bindings.gbuffer.depth, &context.nearest)
             .sampled(pairs, &context.nearest)
             .write(&out.raw)
-            .constants(&Estimate { radius_m: self.settings.radius_m, threshold: self.settings.threshold })
+            .constants(&EstimateConstants { radius_m: self.settings.radius_m, threshold: self.settings.threshold })
     }
 }
 
 /// Binds what `ao_filter.comp` reads and writes: along x in the first pass, along y in the second.
-fn filter<'f>(chain: Dispatch<'f>, seen: Seen<'f>, out: &'f Estimated, second: bool) -> Dispatch<'f> {
-    let context = seen.context;
+fn filter<'f>(chain: Dispatch<'f>, bindings: AoBindings<'f>, out: &'f EstimateImages, second: bool) -> Dispatch<'f> {
+    let context = bindings.context;
     // Without pairs the second filter keeps no weights and does not write to this image.
     let filtered = out.stereo.as_ref().map_or(&out.raw, |s| &s.filtered);
     let (from, to): (&Image, &Image) = if second { (&out.rows, filtered) } else { (&out.raw, &out.rows) };
     chain
         .uniform(&context.frame)
-        .sampled(&seen.gbuffer.surface, &context.nearest)
+        .sampled(&bindings.gbuffer.surface, &context.nearest)
         .sampled(from, &context.nearest)
         .write(to)
-        .write(&seen.images.visibility)
+        .write(&bindings.images.visibility)
 }
 
 /// Binds what `ao_blend.comp` reads and writes.
-fn blend<'f>(chain: Dispatch<'f>, seen: Seen<'f>, images: &'f Stereo) -> Dispatch<'f> {
-    let context = seen.context;
+fn blend<'f>(chain: Dispatch<'f>, bindings: AoBindings<'f>, images: &'f StereoImages) -> Dispatch<'f> {
+    let context = bindings.context;
     chain
         .uniform(&context.frame)
         .sampled(&images.pairs, &context.nearest)
         .sampled(&images.filtered, &context.nearest)
-        .write(&seen.images.visibility)
+        .write(&bindings.images.visibility)
 }
 
 /// Dispatches over the listed pixels.

@@ -10,12 +10,12 @@ use crate::gpu::{Dispatch, Gpu, GpuError, Image, ImageDesc, Sampler};
 pub struct BakedLight {
     pub(super) patches: Image,
     pub(super) light: Image,
-    pub(super) gathered: Gathered,
+    pub(super) gathered: HostBakedLight,
 }
 
 /// Baked light in the host's memory.
 #[derive(Default)]
-pub struct Gathered {
+pub struct HostBakedLight {
     /// See [`super::lattice::Lattice::patches`].
     pub patches: Vec<u32>,
     /// For each point irradiance / π in red, green and blue, then 1.
@@ -27,14 +27,14 @@ impl BakedLight {
     ///
     /// # Errors
     /// When device memory runs out.
-    pub fn nothing(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
+    pub fn placeholder(gpu: &Rc<Gpu>) -> Result<BakedLight, GpuError> {
         let desc = ImageDesc::texture(1, 1, 1, vk::Format::R32G32B32A32_UINT);
         let image = |what| Image::with_content(gpu, what, desc, &[vec![0; 16]]);
-        Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: Gathered::default() })
+        Ok(BakedLight { patches: image("no patches")?, light: image("no light")?, gathered: HostBakedLight::default() })
     }
 
     /// The same light in the host's memory, for paths that the processor traces.
-    pub fn gathered(&self) -> &Gathered {
+    pub fn gathered(&self) -> &HostBakedLight {
         &self.gathered
     }
 

@@ -22,12 +22,12 @@ use crate::scene::Scene;
 use super::bvh::{RayScene, upload_rows};
 use super::context::Context;
 use super::error::RenderError;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::upload::SceneResources;
 use gather::Gathering;
 use lattice::Lattice;
-pub use light::{BakedLight, Gathered};
+pub use light::{BakedLight, HostBakedLight};
 
 /// The approximate number of gathering points; there are fewer where surfaces are small.
 const POINTS: f64 = 40_000.0;
@@ -51,7 +51,7 @@ impl BakedLight {
         gpu: &Rc<Gpu>,
         scene: &Scene,
         (resources, rays): (&SceneResources, &RayScene),
-        (context, needs): (&Context, &Needs),
+        (context, needs): (&Context, &FrameNeeds),
         folder: Option<&Path>,
     ) -> Result<BakedLight, RenderError> {
         let key = store::key(scene, needs, gpu.info().kind);
@@ -67,7 +67,7 @@ impl BakedLight {
         let points = upload_points(gpu, &gathering, spacing as f32)?;
         let emitters = Buffer::with_content(gpu, "emitters", &rays.emitters)?;
         let baker = Baker { gpu, resources, rays, context, points, emitters };
-        let kept = store::Kept { spacing, values: baker.rounds(&gathering, &patches, needs)? };
+        let kept = store::BakedLightFile { spacing, values: baker.rounds(&gathering, &patches, needs)? };
         if let Some(folder) = folder {
             store::write(folder, &key, &kept)?;
         }
@@ -75,7 +75,7 @@ impl BakedLight {
     }
 
     fn new(gpu: &Rc<Gpu>, lattice: Lattice, light: Vec<[f32; 4]>) -> Result<BakedLight, RenderError> {
-        let gathered = Gathered { patches: lattice.patches, light };
+        let gathered = HostBakedLight { patches: lattice.patches, light };
         Ok(BakedLight {
             patches: upload_rows(gpu, "light patches", &gathered.patches)?,
             light: upload_rows(gpu, "baked light", &gathered.light)?,
@@ -130,7 +130,7 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    fn rounds(&self, gathering: &Gathering, patches: &Image, needs: &Needs) -> Result<Vec<[f32; 4]>, RenderError> {
+    fn rounds(&self, gathering: &Gathering, patches: &Image, needs: &FrameNeeds) -> Result<Vec<[f32; 4]>, RenderError> {
         let words = self.rays.variant(&shaders::GATHER_COMP, &shaders::GATHER_RAY_QUERY_COMP).words();
         let [mask, shadows, glass, _] = needs.of_hits();
         let pass = ComputePass::new(self.gpu, "gather", &words, &[mask, shadows, glass, 1])?;

@@ -7,7 +7,7 @@ use cyclopean_analysis::files::{self, WriteError};
 use sha2::{Digest, Sha256};
 
 use super::super::error::RenderError;
-use super::super::needs::Needs;
+use super::super::needs::FrameNeeds;
 use super::super::shaders;
 use super::{CLOSEST, LAST_RAYS, MOST_ROUNDS, POINTS, RAYS, SETTLED};
 use crate::scene::Scene;
@@ -16,7 +16,7 @@ use crate::scene::Scene;
 const VERSION: u32 = 1;
 
 /// SHA-256 (hex) over scene bytes, shaders, kind of device, and how light is gathered.
-pub fn key(scene: &Scene, needs: &Needs, device_kind: &str) -> String {
+pub fn key(scene: &Scene, needs: &FrameNeeds, device_kind: &str) -> String {
     let how = format!("{VERSION} {POINTS} {CLOSEST} {RAYS} {LAST_RAYS} {SETTLED} {MOST_ROUNDS} {:?}", needs.of_hits());
     hex(&Sha256::digest([scene.content_sha256.as_str(), &shaders::digest_of_reference(), &how, device_kind].join("\n")))
 }
@@ -30,13 +30,13 @@ fn path(folder: &Path, key: &str) -> PathBuf {
 }
 
 /// The content of a file: the spacing of the points in metres, and their light.
-pub struct Kept {
+pub struct BakedLightFile {
     pub spacing: f64,
     pub values: Vec<[f32; 4]>,
 }
 
 /// Reads a file; `None` if it does not exist or is damaged.
-pub fn read(folder: &Path, key: &str) -> Option<Kept> {
+pub fn read(folder: &Path, key: &str) -> Option<BakedLightFile> {
     let bytes = files::read(&path(folder, key), files::MOST_DATA).ok()?;
     let whole = bytes.split_at_checked(32).filter(|(digest, rest)| Sha256::digest(rest).as_slice() == *digest);
     let parts = whole.and_then(|(_, rest)| rest.split_at_checked(8)).filter(|(_, values)| values.len() % 16 == 0);
@@ -44,7 +44,7 @@ pub fn read(folder: &Path, key: &str) -> Option<Kept> {
         tracing::warn!("{}: the file is damaged; its light is gathered again", path(folder, key).display());
         return None;
     };
-    Some(Kept {
+    Some(BakedLightFile {
         spacing: bytemuck::pod_read_unaligned(spacing),
         values: values.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect(),
     })
@@ -54,7 +54,7 @@ pub fn read(folder: &Path, key: &str) -> Option<Kept> {
 ///
 /// # Errors
 /// When the folder cannot be written.
-pub fn write(folder: &Path, key: &str, kept: &Kept) -> Result<(), RenderError> {
+pub fn write(folder: &Path, key: &str, kept: &BakedLightFile) -> Result<(), RenderError> {
     let mut rest = kept.spacing.to_ne_bytes().to_vec();
     rest.extend_from_slice(bytemuck::cast_slice(&kept.values));
     let mut bytes = Sha256::digest(&rest).to_vec();

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3A};
 
-use super::super::baked::Gathered;
+use super::super::baked::HostBakedLight;
 use super::super::bvh::EXCHANGED;
 use super::world::World;
 
@@ -12,7 +12,7 @@ fn lattice_point(n: u32, i: u32, j: u32) -> u32 {
 }
 
 /// Irradiance / π at a point of a triangle; `back`: the triangle is seen from its back.
-pub fn baked_light(gathered: &Gathered, world: &World, triangle: u32, uv: Vec2, back: bool) -> Vec3A {
+pub fn baked_light(gathered: &HostBakedLight, world: &World, triangle: u32, uv: Vec2, back: bool) -> Vec3A {
     let t = &world.triangles[triangle as usize];
     let uv = if t.first_index & EXCHANGED != 0 { Vec2::new(uv.y, uv.x) } else { uv };
     let instance = &world.instances[t.instance as usize];

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3A};
 
-use super::super::baked::Gathered;
+use super::super::baked::HostBakedLight;
 use super::super::shared::{Counts, FrameUniform};
 use super::environment::bilinear;
 use super::world::World;
@@ -12,7 +12,7 @@ pub struct Inputs<'a> {
     pub world: &'a World,
     pub table: &'a BrdfTable,
     /// Baked light, if it replaces the environment's diffuse light.
-    pub gathered: Option<&'a Gathered>,
+    pub gathered: Option<&'a HostBakedLight>,
     pub frame: &'a FrameUniform,
     /// Some light casts a shadow.
     pub shadows: bool,

@@ -19,7 +19,7 @@ const MOST_IRRADIANCE: Vec3A = Vec3A::splat(1e30);
 
 /// [`LightData`] in the types of this folder.
 pub struct Light {
-    pub kind: Kind,
+    pub kind: LightKind,
     /// Irradiance (directional) or radiant intensity.
     color: Vec3A,
     /// Radius, metres; for a directional light the tangent of half its angular diameter.
@@ -27,7 +27,7 @@ pub struct Light {
     pub casts_shadow: bool,
 }
 
-pub enum Kind {
+pub enum LightKind {
     /// The light travels along it.
     Directional(Vec3A),
     At {
@@ -48,8 +48,8 @@ impl Light {
         let direction = Vec3A::from(data.direction);
         let (cos_inner, cos_outer) = (data.cos_inner, data.cos_outer);
         let kind = match data.kind {
-            0 => Kind::Directional(direction),
-            kind => Kind::At {
+            0 => LightKind::Directional(direction),
+            kind => LightKind::At {
                 position: Vec3A::from(data.position),
                 range: data.range,
                 cone: (kind == 2).then_some(Cone { direction, cos_inner, cos_outer }),
@@ -62,8 +62,8 @@ impl Light {
     #[inline]
     fn incident(&self, position: Vec3A) -> (Vec3A, Vec3A) {
         match &self.kind {
-            Kind::Directional(direction) => (self.color.min(MOST_IRRADIANCE), -*direction),
-            Kind::At { position: at, range, cone } => {
+            LightKind::Directional(direction) => (self.color.min(MOST_IRRADIANCE), -*direction),
+            LightKind::At { position: at, range, cone } => {
                 let to_light = *at - position;
                 let d2 = to_light.dot(to_light).max(NEAREST_SQUARED);
                 let l = to_light * (1.0 / d2.sqrt());

@@ -25,9 +25,9 @@ mod tree;
 mod world;
 
 pub(super) use pass::{CpuPathTrace, Paths};
-pub use path_trace::{KeptPixel, Sums};
+pub use path_trace::{KeptPixel, KeptSums};
 pub(super) use shadows::CpuShadows;
-pub(super) use world::{Content, World};
+pub(super) use world::{StaticScene, World};
 
 use super::method::{HitSource, Method};
 use super::settings::Trace;
@@ -39,11 +39,11 @@ pub const VERSION: u32 = 2;
 pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
     let parts = method.parts();
     let is_reference = parts.answer == HitSource::PathTraced && !parts.resolved;
-    is_reference && serves(trace, device_kind)
+    is_reference && is_chosen(trace, device_kind)
 }
 
 /// Whether the processor traces what it can trace, on a device of this kind.
-pub fn serves(trace: Trace, device_kind: &str) -> bool {
+pub fn is_chosen(trace: Trace, device_kind: &str) -> bool {
     match trace {
         Trace::Auto => device_kind == "cpu",
         Trace::Cpu => true,

@@ -9,15 +9,15 @@ use half::f16;
 
 use crate::gpu::{Gpu, GpuError, Image, PassTime, read_image};
 
-use super::super::baked::Gathered;
+use super::super::baked::HostBakedLight;
 use super::super::context::Context;
 use super::super::convergence::relative_error;
-use super::super::needs::Needs;
+use super::super::needs::FrameNeeds;
 use super::super::ray_list::RayList;
 use super::super::shared::Counts;
-use super::super::targets::{GBuffer, PathTraced};
+use super::super::targets::{GBuffer, PathTraceImages};
 use super::inputs::{BrdfTable, Inputs, Tally};
-use super::path_trace::{KeptPixel, Pixel, Sums, add_samples};
+use super::path_trace::{KeptPixel, KeptSums, Pixel, add_samples};
 use super::world::World;
 
 /// Replaces [`super::super::path_trace::PathTracePass`].
@@ -33,7 +33,7 @@ pub struct Paths<'a> {
     pass: &'a CpuPathTrace,
     world: &'a World,
     context: &'a Context,
-    gathered: Option<&'a Gathered>,
+    gathered: Option<&'a HostBakedLight>,
     pixels: Vec<Pixel>,
     samples: u32,
     tally: Tally,
@@ -43,7 +43,7 @@ pub struct Paths<'a> {
 impl CpuPathTrace {
     /// # Errors
     /// When the BRDF table cannot be read back.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs, context: &Context) -> Result<CpuPathTrace, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds, context: &Context) -> Result<CpuPathTrace, GpuError> {
         let bytes = read_image(gpu, &context.brdf_table)?;
         let half = |b: &[u8]| f16::from_le_bytes([b[0], b[1]]).to_f32();
         let texels = bytes.chunks_exact(8).map(|t| Vec3A::new(half(t), half(&t[2..]), 0.0)).collect();
@@ -61,7 +61,7 @@ impl CpuPathTrace {
         world: &'a World,
         context: &'a Context,
         (list, gbuffer): (&RayList, &GBuffer),
-        kept: Option<&Sums>,
+        kept: Option<&KeptSums>,
     ) -> Result<Paths<'a>, GpuError> {
         let started = Instant::now();
         let mut listed = list.read(&self.gpu)?;
@@ -77,9 +77,9 @@ impl CpuPathTrace {
         });
         let mut pixels: Vec<Pixel> = pixels.collect();
         let mut samples = 0;
-        let same = |kept: &&Sums| kept.pixels.iter().map(KeptPixel::packed).eq(pixels.iter().map(Pixel::packed));
+        let same = |kept: &&KeptSums| kept.pixels.iter().map(KeptPixel::packed).eq(pixels.iter().map(Pixel::packed));
         if let Some(kept) = kept.filter(same) {
-            pixels.iter_mut().zip(&kept.pixels).for_each(|(pixel, kept)| pixel.take_up(kept));
+            pixels.iter_mut().zip(&kept.pixels).for_each(|(pixel, kept)| pixel.continue_from(kept));
             samples = kept.samples;
         }
         let gathered = self.indirect.then(|| context.baked.gathered());
@@ -109,8 +109,8 @@ impl Paths<'_> {
         self.samples
     }
 
-    pub fn sums(&self) -> Sums {
-        Sums { samples: self.samples, pixels: self.pixels.iter().map(Pixel::keep).collect() }
+    pub fn sums(&self) -> KeptSums {
+        KeptSums { samples: self.samples, pixels: self.pixels.iter().map(Pixel::keep).collect() }
     }
 
     /// See [`relative_error`].
@@ -123,7 +123,7 @@ impl Paths<'_> {
     ///
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn finish(self, out: &PathTraced, counts: &mut Counts) -> Result<PassTime, GpuError> {
+    pub fn finish(self, out: &PathTraceImages, counts: &mut Counts) -> Result<PassTime, GpuError> {
         let size = out.reflection.extent();
         let texels = 2 * size.0 as usize * size.1 as usize;
         let (mut means, mut errors) = (vec![[0.0f32; 4]; texels], vec![[0.0f32; 4]; texels]);

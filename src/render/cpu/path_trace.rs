@@ -45,7 +45,7 @@ pub struct KeptPixel {
 
 /// The sums of a view's listed pixels, from which more samples can be added.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sums {
+pub struct KeptSums {
     /// Number of samples of each pixel.
     pub samples: u32,
     pub pixels: Vec<KeptPixel>,
@@ -91,7 +91,7 @@ impl Pixel {
     }
 
     /// Continues from kept sums of the same pixel.
-    pub fn take_up(&mut self, kept: &KeptPixel) {
+    pub fn continue_from(&mut self, kept: &KeptPixel) {
         self.sum = Vec3A::from(kept.sum);
         self.compensation = Vec3A::from(kept.compensation);
         self.squares = Vec3A::from(kept.squares);

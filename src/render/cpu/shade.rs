@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3A};
 use super::super::shared::{FrameUniform, MASKED, TRANSMITS};
 use super::baked::baked_light;
 use super::inputs::{Inputs, Tally};
-use super::lights::Kind;
+use super::lights::LightKind;
 use super::math::{Basis, FAR, reflect};
 use super::random::Sequence;
 use super::surface::Surface;
@@ -125,14 +125,14 @@ impl<'a> LightWalk<'a> {
         // The ray ends just before the light, so that a surface on which the light lies does not hide it.
         let mut t_max = 1.0 - 1e-4;
         match light.kind {
-            Kind::Directional(direction) => {
+            LightKind::Directional(direction) => {
                 toward = -direction;
                 if light.size > 0.0 {
                     toward += across(toward, light.size, disc());
                 }
                 t_max = FAR;
             }
-            Kind::At { position, .. } => {
+            LightKind::At { position, .. } => {
                 toward = position - origin;
                 let d = toward.length();
                 // The disc is never wider than its distance from the point, not even for a point inside the light.

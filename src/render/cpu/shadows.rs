@@ -57,7 +57,7 @@ impl CpuShadows {
         let mut texels = vec![[0.0f32, 0.0, 0.0, 1.0]; 2 * width as usize * height as usize];
         on_all_cores(
             texels.chunks_mut(width.max(1) as usize).enumerate(),
-            || Lit { world, frame: &frame, rays, walk: LightWalk::new(world) },
+            || ShadowTracer { world, frame: &frame, rays, walk: LightWalk::new(world) },
             |lit, (row, texels)| {
                 let (eye, y) = (row as u32 / height, row as u32 % height);
                 let view = View::of(&frame, eye);
@@ -78,7 +78,7 @@ impl CpuShadows {
 }
 
 /// A thread's state.
-struct Lit<'a> {
+struct ShadowTracer<'a> {
     world: &'a World,
     frame: &'a FrameUniform,
     /// The numbers of rays to a light's rim, and in its penumbra.
@@ -86,7 +86,7 @@ struct Lit<'a> {
     walk: LightWalk<'a>,
 }
 
-impl Lit<'_> {
+impl ShadowTracer<'_> {
     fn pixel(&mut self, view: &View, surface: Surface, depth: f32, [x, y, eye]: [u32; 3]) -> Vec3A {
         let position = view.position([x as f32 + 0.5, y as f32 + 0.5], depth);
         let v = (view.eye() - position).normalize();

@@ -296,7 +296,7 @@ struct Ray {
 }
 
 /// Where a ray meets four triangles.
-struct Meetings {
+struct PackHits {
     t: Vec4,
     u: Vec4,
     v: Vec4,
@@ -334,7 +334,7 @@ impl Ray {
     }
 
     #[inline(always)]
-    fn meets(&self, pack: &Pack, t_max: f32) -> Meetings {
+    fn meets(&self, pack: &Pack, t_max: f32) -> PackHits {
         let p = cross(&self.direction, &pack.edge2);
         let facing = dot(&pack.edge1, &p);
         let inv = Vec4::ONE / facing;
@@ -346,7 +346,7 @@ impl Ray {
         let inside = u.cmpge(Vec4::ZERO) & v.cmpge(Vec4::ZERO) & (u + v).cmple(Vec4::ONE);
         // The NaN of a triangle without area fails every comparison.
         let hits = (inside & t.cmpgt(Vec4::ZERO) & t.cmplt(Vec4::splat(t_max))).bitmask();
-        Meetings { t, u, v, facing, hits }
+        PackHits { t, u, v, facing, hits }
     }
 }
 

@@ -9,27 +9,27 @@ use crate::scene::Scene;
 
 use super::super::bvh::world_triangles;
 use super::super::shared::{InstanceData, MaterialData, TextureSlot, TriangleData, Vertex};
-use super::super::upload::{self, Range};
+use super::super::upload::{self, PrimitiveRange};
 use super::environment::Environment;
 use super::lights::Light;
 use super::texture::Decoding;
 use super::tree::Tree;
 
 /// What does not depend on the head or on the instances' transforms.
-pub struct Content {
+pub struct StaticScene {
     pub scene: Arc<Scene>,
     pub vertices: Vec<Vertex>,
     pub indices: Vec<u32>,
-    pub ranges: Vec<Range>,
+    pub ranges: Vec<PrimitiveRange>,
     pub materials: Vec<Material>,
     pub environment: Environment,
     pub decoding: Decoding,
 }
 
-impl Content {
-    pub fn new(scene: &Arc<Scene>) -> Content {
+impl StaticScene {
+    pub fn new(scene: &Arc<Scene>) -> StaticScene {
         let (vertices, indices, ranges) = upload::geometry(scene);
-        Content {
+        StaticScene {
             vertices,
             indices,
             ranges,
@@ -129,7 +129,7 @@ impl Instance {
 /// See the module's documentation.
 pub struct World {
     pub head: DVec3,
-    pub content: Arc<Content>,
+    pub content: Arc<StaticScene>,
     pub triangles: Vec<TriangleData>,
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
@@ -138,8 +138,8 @@ pub struct World {
 
 impl World {
     /// The scene relative to `head`, with the instances' transforms in `places`.
-    pub fn new(content: &Arc<Content>, places: &[DAffine3], head: DVec3) -> World {
-        let Content { scene, ranges, .. } = &**content;
+    pub fn new(content: &Arc<StaticScene>, places: &[DAffine3], head: DVec3) -> World {
+        let StaticScene { scene, ranges, .. } = &**content;
         let triangles = world_triangles(scene, places, ranges, head);
         World {
             head,
@@ -190,7 +190,7 @@ mod tests {
         for name in ["room", "temple"] {
             let scene = Arc::new(crate::scene::load(name).expect("a built-in scene"));
             let head = scene.views[0].stereo_camera(1.6).head();
-            let world = World::new(&Arc::new(Content::new(&scene)), &scene.places(), head);
+            let world = World::new(&Arc::new(StaticScene::new(&scene)), &scene.places(), head);
             let rays = rays(&world, 1_000_000);
             if let Some(folder) = std::env::var_os("CYCLOPEAN_RAYS") {
                 let write = |what: &str, words: Vec<[f32; 3]>| {

@@ -24,19 +24,18 @@ use super::bvh::RayScene;
 use super::classify::ClassifyPass;
 use super::composite::CompositePass;
 use super::context::Context;
-use super::cpu::{CpuPathTrace, CpuShadows, Sums, World};
+use super::cpu::{CpuPathTrace, CpuShadows, KeptSums, World};
 use super::depth_pyramid::DepthPyramidPass;
 use super::error::RenderError;
-use super::fine::Fine;
 use super::framing::Framing;
 use super::gbuffer::{BackFacePass, GBufferPass};
-use super::history::{History, Moment};
+use super::history::{History, TimedCamera};
 use super::indirect::IndirectPass;
 use super::lazy_rays::LazyRays;
 use super::lighting::LightingPass;
 use super::method::Ao;
 use super::method::Method;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::path_rays::PathRaysPass;
 use super::path_trace::PathTracePass;
 use super::reproject::ReprojectPass;
@@ -46,6 +45,7 @@ use super::shading_reuse::ShadingReusePass;
 use super::shadow_maps::{MappedShadowsPass, ShadowMaps};
 use super::shadows::ShadowsPass;
 use super::shared::Counts;
+use super::supersampled::SupersampledView;
 use super::targets::Targets;
 use super::trace::TracePass;
 use super::trace_geometry::TraceGeometryPass;
@@ -79,7 +79,7 @@ impl Passes {
     fn new(
         gpu: &Rc<Gpu>,
         (scene, resources, context): (&Scene, &SceneResources, &Context),
-        needs: &Needs,
+        needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
         rays: Option<&RayScene>,
     ) -> Result<Passes, GpuError> {
@@ -145,7 +145,7 @@ pub struct Prepared {
     probe: Option<Rc<EnvironmentMaps>>,
     /// If the shadows in the views are looked up in maps.
     shadow_maps: Option<Rc<ShadowMaps>>,
-    needs: Needs,
+    needs: FrameNeeds,
     /// Time in the scene's motions, seconds.
     time_s: f64,
     /// The instances' transforms.
@@ -159,11 +159,11 @@ pub struct Prepared {
     /// If frames are accumulated.
     history: Option<History>,
     /// With antialiasing.
-    fine: Option<Fine>,
+    supersampled: Option<SupersampledView>,
     passes: Passes,
     /// The light of the punctual lights and the baked light of the view are on the device already. They depend neither on the
     /// seed nor on the method, so that they are computed again only when the camera or an instance has moved.
-    lit: Cell<bool>,
+    is_lighting_current: Cell<bool>,
     /// The relative error at which the reference stops before all its samples are traced; see [`Prepared::set_until`].
     until: Option<f64>,
     paths: RefCell<PathsSoFar>,
@@ -172,9 +172,9 @@ pub struct Prepared {
 /// The state of the reference's paths between frames.
 #[derive(Default)]
 struct PathsSoFar {
-    /// Whether the sums are kept after a frame; see [`Prepared::take_up`].
+    /// Whether the sums are kept after a frame; see [`Prepared::continue_from`].
     kept: bool,
-    sums: Option<Sums>,
+    sums: Option<KeptSums>,
     /// The number of samples at each check of the last frame, and the relative error at that check.
     checks: Vec<(u32, f64)>,
     /// The number of samples of the last frame.
@@ -192,7 +192,7 @@ pub struct FrameReport {
 }
 
 /// What all prepared views of a scene share.
-pub(super) struct Shared {
+pub(super) struct SceneOnDevice {
     pub gpu: Rc<Gpu>,
     pub scene: Arc<Scene>,
     pub resources: Rc<SceneResources>,
@@ -201,21 +201,23 @@ pub(super) struct Shared {
 
 impl Prepared {
     pub(super) fn new(
-        shared: Shared,
-        (context, fine): (Context, Option<Context>),
-        needs: Needs,
+        on_device: SceneOnDevice,
+        (context, supersampled): (Context, Option<Context>),
+        needs: FrameNeeds,
         (camera, method, settings): (&StereoCamera, &Method, &Settings),
         rays: Option<Rc<RayScene>>,
         (probe, shadow_maps): (Option<Rc<EnvironmentMaps>>, Option<Rc<ShadowMaps>>),
     ) -> Result<Prepared, GpuError> {
-        let Shared { gpu, scene, resources, lazy_rays } = shared;
+        let SceneOnDevice { gpu, scene, resources, lazy_rays } = on_device;
         let framing = Framing::of(method, settings);
         let shown = (settings.width, settings.height);
         let targets = Targets::new(&gpu, &framing.settings(settings), shown, &needs, method)?;
         let drawn = framing.settings(settings);
         let size = (drawn.width, drawn.height);
         let history = needs.accumulate.then(|| History::new(&gpu, size, scene.instances.len())).transpose()?;
-        let fine = fine.map(|c| Fine::new(&gpu, c, &drawn, (&needs, method), settings.antialias)).transpose()?;
+        let supersampled = supersampled
+            .map(|c| SupersampledView::new(&gpu, c, &drawn, (&needs, method), settings.antialias))
+            .transpose()?;
         let places = scene.places();
         let world = (needs.cpu_paths || needs.cpu_shadows).then(|| lazy_rays.world(context.head));
         let passes = Passes::new(&gpu, (&scene, &resources, &context), &needs, (settings, method), rays.as_deref())?;
@@ -240,16 +242,16 @@ impl Prepared {
             context,
             targets,
             history,
-            fine,
+            supersampled,
             passes,
-            lit: Cell::new(false),
+            is_lighting_current: Cell::new(false),
             until: None,
             paths: RefCell::default(),
         })
     }
 
     /// Which parts run and which are left out, and why.
-    pub fn needs(&self) -> &Needs {
+    pub fn needs(&self) -> &FrameNeeds {
         &self.needs
     }
 
@@ -289,7 +291,7 @@ impl Prepared {
     /// kilometres of that place, single precision is finer than a pixel.
     pub fn set_camera(&mut self, camera: &StereoCamera) {
         self.camera = *camera;
-        self.lit.set(false);
+        self.is_lighting_current.set(false);
         self.update();
     }
 
@@ -319,7 +321,7 @@ impl Prepared {
         if let Some(maps) = &self.shadow_maps {
             maps.place(&self.places);
         }
-        for context in std::iter::once(&self.context).chain(self.fine.iter().map(|f| &f.context)) {
+        for context in std::iter::once(&self.context).chain(self.supersampled.iter().map(|f| &f.context)) {
             context.place(&self.scene, &self.places, &self.resources);
         }
         if self.rays.is_some() {
@@ -327,12 +329,12 @@ impl Prepared {
         }
         self.world = self.world.take().map(|_| self.lazy_rays.world(self.context.head));
         self.trace_geometry = OnceCell::new();
-        self.lit.set(false);
+        self.is_lighting_current.set(false);
         Ok(())
     }
 
-    fn moment(&self) -> Moment {
-        Moment { camera: self.camera, time_s: self.time_s }
+    fn moment(&self) -> TimedCamera {
+        TimedCamera { camera: self.camera, time_s: self.time_s }
     }
 
     /// Forgets the history, for example after a cut. Jumps of the head or of the time are noticed without this call.
@@ -345,8 +347,8 @@ impl Prepared {
     fn update(&self) {
         let (eyes, drawn) = (self.framing.camera(&self.camera), self.framing.settings(&self.settings));
         self.context.update(&eyes, &drawn, &self.scene);
-        if let Some(fine) = &self.fine {
-            fine.update(&eyes, &drawn, &self.scene);
+        if let Some(supersampled) = &self.supersampled {
+            supersampled.update(&eyes, &drawn, &self.scene);
         }
     }
 

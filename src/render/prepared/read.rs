@@ -54,8 +54,8 @@ impl Prepared {
     /// # Errors
     /// As [`Prepared::linear`].
     pub fn pixels_lit_again(&self) -> Result<Option<u32>, GpuError> {
-        let Some(shared) = &self.targets.shared else { return Ok(None) };
-        shared.list.read_count(&self.gpu).map(Some)
+        let Some(images) = &self.targets.shading_reuse else { return Ok(None) };
+        images.list.read_count(&self.gpu).map(Some)
     }
 
     /// Standard error of the reflection's mean, per channel; the reference only.

@@ -5,12 +5,12 @@ use std::time::Instant;
 use crate::console::Interrupted;
 use crate::gpu::{Frame, GpuError, PassTime, read_buffer};
 
-use super::super::ao::{AoPass, Seen};
+use super::super::ao::{AoBindings, AoPass};
 use super::super::context::Context;
 use super::super::cpu::Paths;
 use super::super::error::RenderError;
 use super::super::shared::{CountersData, Counts};
-use super::super::targets::{Marched, Targets};
+use super::super::targets::{MarchImages, Targets};
 use super::super::trace_geometry::TraceGeometryPass;
 use super::{Prepared, by_name};
 
@@ -32,7 +32,7 @@ impl Prepared {
         // A probe is used only if these settings need one; it may have been made for others.
         let fallback = self.probe.as_deref().filter(|_| self.needs.probe).unwrap_or(&resources.environment);
         let (mut times, mut counts) = (Vec::new(), Counts::default());
-        let lights = self.settings.all_passes || !self.lit.get();
+        let lights = self.settings.all_passes || !self.is_lighting_current.get();
         if let (true, Some(maps)) = (lights, &self.shadow_maps) {
             times.extend(maps.follow(self.camera.head())?);
         }
@@ -50,13 +50,19 @@ impl Prepared {
         frame = self.record_ao(frame, (&mut times, &mut counts), progress)?;
         let visibility = targets.ao.as_ref().map(|ao| &ao.visibility);
         passes.lighting.record(&mut frame, resources, context, targets, visibility)?;
-        if let Some(fine) = &self.fine {
-            passes.gbuffer.record(&mut frame, scene, resources, &fine.context, &fine.targets.gbuffer)?;
+        if let Some(supersampled) = &self.supersampled {
+            passes.gbuffer.record(
+                &mut frame,
+                scene,
+                resources,
+                &supersampled.context,
+                &supersampled.targets.gbuffer,
+            )?;
             if lights {
-                let of = (&fine.context, &fine.targets);
+                let of = (&supersampled.context, &supersampled.targets);
                 frame = self.record_lights(frame, of, self.settings.antialias, (&mut times, &mut counts))?;
             }
-            passes.lighting.record(&mut frame, resources, &fine.context, &fine.targets, visibility)?;
+            passes.lighting.record(&mut frame, resources, &supersampled.context, &supersampled.targets, visibility)?;
         }
         if let (Some(classify), Some(list)) = (&passes.classify, &targets.rays) {
             classify.record(&mut frame, context, targets, list)?;
@@ -137,11 +143,11 @@ impl Prepared {
                 }
             }
         }
-        passes.composite.record(&mut frame, context, targets, self.fine.as_ref())?;
+        passes.composite.record(&mut frame, context, targets, self.supersampled.as_ref())?;
         times.extend(frame.finish()?);
         self.count(&mut counts)?;
         // Set only at the end, because an interrupted frame may not have computed the light.
-        self.lit.set(true);
+        self.is_lighting_current.set(true);
         if let Some(history) = &self.history {
             history.end(context.uniform(), self.moment(), self.places.clone());
         }
@@ -216,15 +222,15 @@ impl Prepared {
         progress: &mut dyn FnMut(u32, u32) -> Result<(), Interrupted>,
     ) -> Result<Frame, RenderError> {
         let (Some(pass), Some(images)) = (&self.passes.ao, &self.targets.ao) else { return Ok(frame) };
-        let seen = Seen { context: &self.context, gbuffer: &self.targets.gbuffer, images };
+        let bindings = AoBindings { context: &self.context, gbuffer: &self.targets.gbuffer, images };
         match (pass, &self.rays) {
-            (AoPass::Views(pass), _) => pass.record(&mut frame, seen)?,
+            (AoPass::Views(pass), _) => pass.record(&mut frame, bindings)?,
             (AoPass::Rays(pass), Some(rays)) => {
                 let (mut first, mut count) = (0, 1);
                 while first < pass.count() {
                     count = count.min(pass.count() - first);
                     let start = Instant::now();
-                    pass.record(&mut frame, (&self.resources, rays), seen, (first, count))?;
+                    pass.record(&mut frame, (&self.resources, rays), bindings, (first, count))?;
                     times.extend(frame.finish()?);
                     first += count;
                     count = next_count(count, start.elapsed().as_secs_f64());
@@ -239,7 +245,7 @@ impl Prepared {
     }
 
     /// Builds the geometry for lost rays, if the list of `marched` holds any.
-    fn make_trace_geometry(&self, marched: &Marched) -> Result<(), GpuError> {
+    fn make_trace_geometry(&self, marched: &MarchImages) -> Result<(), GpuError> {
         if marched.lost.read_count(&self.gpu)? > 0 {
             let rays = self.lazy_rays.obtain(self.context.head, self.settings.trace)?;
             let pass = TraceGeometryPass::new(&self.gpu, &self.needs, rays)?;

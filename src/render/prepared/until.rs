@@ -5,9 +5,9 @@ use glam::Vec3;
 use crate::gpu::{GpuError, read_image};
 
 use super::super::convergence::relative_error;
-use super::super::cpu::Sums;
+use super::super::cpu::KeptSums;
 use super::super::ray_list::RayList;
-use super::super::targets::PathTraced;
+use super::super::targets::PathTraceImages;
 use super::Prepared;
 
 /// The number of samples at the first check of the error, and the least number between checks.
@@ -32,13 +32,13 @@ impl Prepared {
     /// Makes the next frame continue from these sums, if they belong to the same pixels and have no more samples than it
     /// needs. Its own sums, complete or interrupted by Ctrl-C, are then kept for [`Prepared::sums`]. This works only for paths
     /// that the processor traces.
-    pub fn take_up(&self, sums: Option<Sums>) {
+    pub fn continue_from(&self, sums: Option<KeptSums>) {
         let mut paths = self.paths.borrow_mut();
         (paths.kept, paths.sums) = (true, sums);
     }
 
     /// The sums of the last frame, complete or not.
-    pub fn sums(&self) -> Option<Sums> {
+    pub fn sums(&self) -> Option<KeptSums> {
         self.paths.borrow_mut().sums.take()
     }
 
@@ -81,7 +81,7 @@ impl Prepared {
     }
 
     /// The relative error of paths that the device traced.
-    pub(super) fn error_on_device(&self, list: &RayList, out: &PathTraced) -> Result<f64, GpuError> {
+    pub(super) fn error_on_device(&self, list: &RayList, out: &PathTraceImages) -> Result<f64, GpuError> {
         let listed = list.read(&self.gpu)?;
         let (means, errors) = (read_image(&self.gpu, &out.reflection)?, read_image(&self.gpu, &out.error)?);
         let size = out.reflection.extent();

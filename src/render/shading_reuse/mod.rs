@@ -11,12 +11,12 @@ use crate::scene::Scene;
 
 use super::bvh::RayScene;
 use super::context::Context;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::shaders;
 use super::shadows::rays_a_light;
 use super::targets::{GBuffer, Targets};
 use super::upload::SceneResources;
-pub use images::Shared;
+pub use images::ShadingReuseImages;
 
 /// Lights the left eye's pixels, copies their light to the right eye where it may be shared, and lights the right eye's other
 /// pixels. See `shaders/shading_reuse.comp`.
@@ -34,35 +34,35 @@ pub struct ShadingReusePass {
 #[derive(Clone, Copy, PartialEq)]
 enum Pixels {
     OfLeftEye,
-    /// The right eye's pixels that [`Shared::list`] lists.
+    /// The right eye's pixels that [`ShadingReuseImages::list`] lists.
     Listed,
 }
 
 impl Pixels {
     /// Dispatches as many groups as the pixels need.
-    fn dispatch<'f>(self, chain: Dispatch<'f>, shared: &'f Shared, lit: &Image) -> Result<(), GpuError> {
+    fn dispatch<'f>(self, chain: Dispatch<'f>, images: &'f ShadingReuseImages, lit: &Image) -> Result<(), GpuError> {
         let (width, height) = lit.extent();
         match self {
             Pixels::OfLeftEye => chain.dispatch(width.div_ceil(8), height.div_ceil(8), 1),
-            Pixels::Listed => chain.dispatch_indirect(&shared.list.arguments, 0),
+            Pixels::Listed => chain.dispatch_indirect(&images.list.arguments, 0),
         }
     }
 }
 
 /// What the dispatches of a frame read and write.
 #[derive(Clone, Copy)]
-struct Seen<'a> {
+struct ShadingBindings<'a> {
     resources: &'a SceneResources,
     rays: Option<&'a RayScene>,
     context: &'a Context,
     targets: &'a Targets,
-    shared: &'a Shared,
+    images: &'a ShadingReuseImages,
     direct: &'a Image,
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct OfShadows {
+struct ShadowConstants {
     rim_rays: u32,
     soft_rays: u32,
     listed: u32,
@@ -70,7 +70,7 @@ struct OfShadows {
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Listed {
+struct LightConstants {
     listed: u32,
 }
 
@@ -82,7 +82,7 @@ impl ShadingReusePass {
     pub fn new(
         gpu: &Rc<Gpu>,
         scene: &Scene,
-        needs: &Needs,
+        needs: &FrameNeeds,
         rays: Option<&RayScene>,
         soft_rays: u32,
     ) -> Result<ShadingReusePass, GpuError> {
@@ -122,10 +122,10 @@ impl ShadingReusePass {
         targets: &Targets,
         finer: u32,
     ) -> Result<(), GpuError> {
-        let (Some(shared), Some(direct)) = (&targets.shared, &targets.direct) else { return Ok(()) };
-        let seen = Seen { resources, rays, context, targets, shared, direct };
-        self.light(frame, seen, Pixels::OfLeftEye, finer)?;
-        shared.list.clear(frame);
+        let (Some(images), Some(direct)) = (&targets.shading_reuse, &targets.direct) else { return Ok(()) };
+        let bindings = ShadingBindings { resources, rays, context, targets, images, direct };
+        self.light(frame, bindings, Pixels::OfLeftEye, finer)?;
+        images.list.clear(frame);
         let (width, height) = direct.extent();
         frame
             .compute(&self.reuse)
@@ -133,18 +133,24 @@ impl ShadingReusePass {
             .sampled(&targets.gbuffer.surface, &context.nearest)
             .sampled(&targets.gbuffer.depth, &context.nearest)
             .sampled(&targets.gbuffer.instance, &context.nearest)
-            .sampled(&shared.diffuse, &context.nearest)
+            .sampled(&images.diffuse, &context.nearest)
             .read_buffer(&self.sharing)
             .read_write(direct)
-            .write_buffer(&shared.list.rays)
-            .write_buffer(&shared.list.arguments)
-            .read_write(&shared.known)
+            .write_buffer(&images.list.rays)
+            .write_buffer(&images.list.arguments)
+            .read_write(&images.known)
             .dispatch(width.div_ceil(8), height.div_ceil(8), 1)?;
-        self.light(frame, seen, Pixels::Listed, finer)
+        self.light(frame, bindings, Pixels::Listed, finer)
     }
 
-    fn light(&self, frame: &mut Frame, seen: Seen<'_>, pixels: Pixels, finer: u32) -> Result<(), GpuError> {
-        let Seen { resources, rays, context, targets, shared, direct } = seen;
+    fn light(
+        &self,
+        frame: &mut Frame,
+        bindings: ShadingBindings<'_>,
+        pixels: Pixels,
+        finer: u32,
+    ) -> Result<(), GpuError> {
+        let ShadingBindings { resources, rays, context, targets, images, direct } = bindings;
         let listed = u32::from(pixels == Pixels::Listed);
         let GBuffer { surface, depth, .. } = &targets.gbuffer;
         let chain = frame.compute(&self.lights).uniform(&context.frame).read_buffer(&context.lights);
@@ -152,18 +158,18 @@ impl ShadingReusePass {
             Some(rays) => {
                 let (rim_rays, soft_rays) = rays_a_light(self.soft_rays, finer);
                 let chain = chain.with(|chain| rays.bind(chain, resources, context));
-                chain.constants(&OfShadows { rim_rays, soft_rays, listed })
+                chain.constants(&ShadowConstants { rim_rays, soft_rays, listed })
             }
-            None => chain.constants(&Listed { listed }),
+            None => chain.constants(&LightConstants { listed }),
         };
         let chain = chain
             .sampled(surface, &context.nearest)
             .sampled(depth, &context.nearest)
             .read_write(direct)
-            .read_write(&shared.diffuse)
-            .read_buffer(&shared.list.rays)
-            .read_buffer(&shared.list.arguments);
-        let chain = if self.shadows { chain.read_write(&shared.known) } else { chain };
-        pixels.dispatch(chain, shared, direct)
+            .read_write(&images.diffuse)
+            .read_buffer(&images.list.rays)
+            .read_buffer(&images.list.arguments);
+        let chain = if self.shadows { chain.read_write(&images.known) } else { chain };
+        pixels.dispatch(chain, images, direct)
     }
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use super::super::context::Context;
-use super::super::needs::Needs;
+use super::super::needs::FrameNeeds;
 use super::super::shaders;
 use super::super::targets::Targets;
 use super::ShadowMaps;
@@ -19,7 +19,7 @@ pub struct MappedShadowsPass {
 impl MappedShadowsPass {
     /// # Errors
     /// When a Vulkan call fails.
-    pub fn new(gpu: &Rc<Gpu>, needs: &Needs) -> Result<MappedShadowsPass, GpuError> {
+    pub fn new(gpu: &Rc<Gpu>, needs: &FrameNeeds) -> Result<MappedShadowsPass, GpuError> {
         let words = shaders::SHADOWS_MAPPED_COMP.words();
         Ok(MappedShadowsPass { pass: ComputePass::new(gpu, "shadows_mapped", &words, &[u32::from(needs.glass)])? })
     }
@@ -40,7 +40,7 @@ impl MappedShadowsPass {
             .compute(&self.pass)
             .uniform(&context.frame)
             .read_buffer(&context.lights)
-            .read_buffer(&maps.sights)
+            .read_buffer(&maps.views)
             .read_buffer(&maps.lights)
             .sampled(&maps.image, &context.nearest)
             .sampled(&targets.gbuffer.surface, &context.nearest)

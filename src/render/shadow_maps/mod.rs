@@ -8,7 +8,7 @@
 
 mod draw;
 mod lookup;
-mod sight;
+mod map_view;
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -26,7 +26,7 @@ use crate::scene::{Instance, Light, LightSource, Scene};
 
 use draw::{DrawInputs, DrawPass};
 pub use lookup::MappedShadowsPass;
-use sight::{Along, Bulb, Corners, Sight};
+use map_view::{Corners, LightSpaceBounds, LocalLight, ShadowMapView};
 
 /// The largest number of texels in all maps together: 128 MiB.
 const MOST_TEXELS: u64 = 1 << 25;
@@ -44,9 +44,9 @@ const FOLLOW: f64 = 0.25;
 const MAPS_A_SUBMISSION: usize = 32;
 
 /// A cascade that follows the head.
-struct Following {
+struct HeadCascade {
     layers: Vec<usize>,
-    along: Along,
+    bounds: LightSpaceBounds,
     /// Half width, metres.
     half: f64,
     /// Where the head was when it was last drawn, world space; `None`: never drawn.
@@ -62,7 +62,7 @@ pub struct ShadowMaps {
     image: Image,
     side: u32,
     /// The view of each layer, as shaders read it.
-    sights: Buffer,
+    views: Buffer,
     /// The layers of each light.
     lights: Buffer,
     instances: Buffer,
@@ -71,9 +71,9 @@ pub struct ShadowMaps {
     /// The instances' transforms.
     places: RefCell<Vec<DAffine3>>,
     layers: RefCell<Vec<Layer>>,
-    following: Vec<Following>,
+    cascades: Vec<HeadCascade>,
     /// The layers that must be drawn again.
-    due: RefCell<BTreeSet<usize>>,
+    outdated: RefCell<BTreeSet<usize>>,
     draw: DrawPass,
     scene: Arc<Scene>,
     resources: Rc<SceneResources>,
@@ -83,7 +83,7 @@ pub struct ShadowMaps {
 /// What a layer of the image shows.
 #[derive(Clone, Copy)]
 struct Layer {
-    sight: Sight,
+    view: ShadowMapView,
     /// The layer shows transmitting matter, and not opaque matter.
     dims: bool,
     /// The light's position and range, metres; `None`: a directional light.
@@ -94,7 +94,7 @@ struct Layer {
 struct Plan {
     lights: Vec<LightMapsData>,
     layers: Vec<Layer>,
-    following: Vec<Following>,
+    cascades: Vec<HeadCascade>,
 }
 
 impl ShadowMaps {
@@ -132,14 +132,14 @@ impl ShadowMaps {
             radius,
             image: Image::new(gpu, "shadow maps", desc)?,
             side,
-            sights: Buffer::upload(gpu, "views of lights", (plan.layers.len() * size_of::<ShadowMapData>()) as u64)?,
+            views: Buffer::upload(gpu, "views of lights", (plan.layers.len() * size_of::<ShadowMapData>()) as u64)?,
             lights: Buffer::with_content(gpu, "maps of lights", &plan.lights)?,
             instances,
             boxes: RefCell::new(boxes),
             places: RefCell::new(places),
-            due: RefCell::new((0..plan.layers.len()).collect()),
+            outdated: RefCell::new((0..plan.layers.len()).collect()),
             layers: RefCell::new(plan.layers),
-            following: plan.following,
+            cascades: plan.cascades,
             draw: DrawPass::new(gpu, scene, resources)?,
             scene: Arc::clone(scene),
             resources: Rc::clone(resources),
@@ -148,7 +148,7 @@ impl ShadowMaps {
     }
 
     /// Whether a view from `head` can use the maps: single precision suffices as far from the origin as the scene is wide.
-    pub fn serves(&self, head: DVec3) -> bool {
+    pub fn covers_view_from(&self, head: DVec3) -> bool {
         head.distance(self.origin) <= 2.0 * self.radius
     }
 
@@ -167,7 +167,7 @@ impl ShadowMaps {
             instance_corners(&self.scene, &moved).map(|c| c - self.origin)
         });
         *self.boxes.borrow_mut() = corners.collect();
-        self.due.borrow_mut().extend(0..self.layers.borrow().len());
+        self.outdated.borrow_mut().extend(0..self.layers.borrow().len());
     }
 
     /// Lets the cascades follow the head, and draws the maps that are due. Must not be called during a frame.
@@ -175,28 +175,28 @@ impl ShadowMaps {
     /// # Errors
     /// When a Vulkan call fails.
     pub fn follow(&self, head: DVec3) -> Result<Vec<PassTime>, GpuError> {
-        for cascade in &self.following {
+        for cascade in &self.cascades {
             if cascade.center.get().is_none_or(|c| c.distance(head) > FOLLOW * cascade.half) {
-                let sight = cascade.along.about(head - self.origin, cascade.half, self.side);
+                let view = cascade.bounds.centered_at(head - self.origin, cascade.half, self.side);
                 for &layer in &cascade.layers {
-                    self.layers.borrow_mut()[layer].sight = sight;
-                    self.due.borrow_mut().insert(layer);
+                    self.layers.borrow_mut()[layer].view = view;
+                    self.outdated.borrow_mut().insert(layer);
                 }
                 cascade.center.set(Some(head));
             }
         }
-        let due: Vec<usize> = self.due.borrow().iter().copied().collect();
-        if due.is_empty() {
+        let outdated: Vec<usize> = self.outdated.borrow().iter().copied().collect();
+        if outdated.is_empty() {
             return Ok(Vec::new());
         }
         let (layers, boxes) = (self.layers.borrow(), self.boxes.borrow());
-        let sights: Vec<ShadowMapData> = layers.iter().map(|l| l.sight.data()).collect();
-        self.sights.write(bytemuck::cast_slice(&sights));
+        let views: Vec<ShadowMapData> = layers.iter().map(|l| l.view.data()).collect();
+        self.views.write(bytemuck::cast_slice(&views));
         let mut times = Vec::new();
-        for some in due.chunks(MAPS_A_SUBMISSION) {
+        for some in outdated.chunks(MAPS_A_SUBMISSION) {
             let mut frame = Frame::begin(&self.gpu)?;
             for &layer in some {
-                let inputs = DrawInputs { maps: &self.sights, instances: &self.instances };
+                let inputs = DrawInputs { maps: &self.views, instances: &self.instances };
                 let scene = (&*self.scene, &*self.resources);
                 let dims = |number: usize| self.scene.material_of(&self.scene.instances[number]).transmission > 0.0;
                 let shown = layers[layer];
@@ -204,7 +204,7 @@ impl ShadowMaps {
                 self.draw.record(&mut frame, scene, &inputs, (&self.image, layer), casts)?;
             }
             times.extend(frame.finish()?);
-            self.due.borrow_mut().retain(|layer| !some.contains(layer));
+            self.outdated.borrow_mut().retain(|layer| !some.contains(layer));
         }
         Ok(times)
     }
@@ -218,22 +218,22 @@ impl Layer {
             let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
             position.clamp(low, high).distance(position) <= range
         });
-        is_reached && self.sight.sees(corners)
+        is_reached && self.view.sees(corners)
     }
 }
 
 impl Plan {
     fn new(scene: &Scene, boxes: &[Corners], (origin, radius): (DVec3, f64), most_layers: usize) -> Plan {
-        let mut plan = Plan { lights: Vec::new(), layers: Vec::new(), following: Vec::new() };
+        let mut plan = Plan { lights: Vec::new(), layers: Vec::new(), cascades: Vec::new() };
         let dims = scene.instances.iter().any(|i| scene.material_of(i).transmission > 0.0);
         for light in &scene.lights {
-            let (first, followed) = (plan.layers.len(), plan.following.len());
+            let (first, followed) = (plan.layers.len(), plan.cascades.len());
             if light.casts_shadow && !boxes.is_empty() {
                 plan.add(light, boxes, origin, radius);
             }
             let mut count = plan.layers.len() - first;
             if dims {
-                for cascade in &mut plan.following[followed..] {
+                for cascade in &mut plan.cascades[followed..] {
                     cascade.layers.push(cascade.layers[0] + count);
                 }
                 plan.layers.extend_from_within(first..);
@@ -241,7 +241,7 @@ impl Plan {
             }
             if plan.layers.len() > most_layers {
                 plan.layers.truncate(first);
-                plan.following.truncate(followed);
+                plan.cascades.truncate(followed);
                 count = 0;
             }
             let dimming = if dims { count } else { 0 };
@@ -251,37 +251,40 @@ impl Plan {
     }
 
     fn add(&mut self, light: &Light, boxes: &[Corners], origin: DVec3, radius: f64) {
-        let bulb =
-            |position: DVec3| Bulb { position: position - origin, radius: f64::from(light.size), scene_radius: radius };
+        let local_light = |position: DVec3| LocalLight {
+            position: position - origin,
+            radius: f64::from(light.size),
+            scene_radius: radius,
+        };
         match light.source {
             LightSource::Directional { direction, .. } => {
-                let along = Along::new(direction.as_dvec3(), boxes, radius);
+                let bounds = LightSpaceBounds::new(direction.as_dvec3(), boxes, radius);
                 let mut halves = vec![radius];
                 while halves.len() < MOST_CASCADES && halves[0] > FINEST_REACH_M {
                     halves.insert(0, halves[0] / CASCADE_STEP);
                 }
                 for &half in &halves[..halves.len() - 1] {
                     let layers = vec![self.layers.len()];
-                    self.following.push(Following { layers, along, half, center: Cell::new(None) });
-                    self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
+                    self.cascades.push(HeadCascade { layers, bounds, half, center: Cell::new(None) });
+                    self.layers.push(Layer { view: bounds.whole_scene(), dims: false, reach: None });
                 }
-                self.layers.push(Layer { sight: along.all(), dims: false, reach: None });
+                self.layers.push(Layer { view: bounds.whole_scene(), dims: false, reach: None });
             }
             LightSource::Point { position, range_m, .. } => {
-                self.add_meeting(&sight::cube(bulb(position)), position - origin, range_m);
+                self.add_perspectives(&map_view::cube(local_light(position)), position - origin, range_m);
             }
             LightSource::Spot { position, direction, range_m, outer_rad, .. } => {
                 let at = position - origin;
-                match sight::spot(bulb(position), direction.as_dvec3(), f64::from(outer_rad)) {
-                    Some(one) => self.add_meeting(&[one], at, range_m),
-                    None => self.add_meeting(&sight::cube(bulb(position)), at, range_m),
+                match map_view::spot(local_light(position), direction.as_dvec3(), f64::from(outer_rad)) {
+                    Some(one) => self.add_perspectives(&[one], at, range_m),
+                    None => self.add_perspectives(&map_view::cube(local_light(position)), at, range_m),
                 }
             }
         }
     }
 
-    fn add_meeting(&mut self, sights: &[Sight], position: DVec3, range_m: f32) {
+    fn add_perspectives(&mut self, views: &[ShadowMapView], position: DVec3, range_m: f32) {
         let reach = Some((position, f64::from(range_m)));
-        self.layers.extend(sights.iter().map(|&sight| Layer { sight, dims: false, reach }));
+        self.layers.extend(views.iter().map(|&view| Layer { view, dims: false, reach }));
     }
 }

@@ -141,11 +141,11 @@ fn complete_positions(root: &mut Root) -> Result<(), String> {
     Ok(())
 }
 
-type Split<'a> = (&'a [u8], Option<Vec<u8>>);
+type JsonAndBinary<'a> = (&'a [u8], Option<Vec<u8>>);
 
 /// Splits a `.glb`: a header (magic, version, length), then chunks (length, type, bytes), of which the first is JSON
 /// and the second, if there is one, is BIN.
-fn split_glb(bytes: &[u8]) -> Result<Split<'_>, String> {
+fn split_glb(bytes: &[u8]) -> Result<JsonAndBinary<'_>, String> {
     let word =
         |at: usize| -> Option<u32> { bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])) };
     let (version, length) = word(4).zip(word(8)).ok_or("GLB: the file ends within its 12-byte header")?;

@@ -14,7 +14,7 @@ use super::extensions::ExtensionUse;
 use super::files::Reader;
 use super::image::Textures;
 use super::limits::{MOST_LIGHTS, MOST_PLACED, MOST_VIEWS};
-use super::nodes::{self, Placed};
+use super::nodes::{self, PlacedNode};
 use super::repair;
 use super::triangle_list::Mesh;
 use super::{draco, instancing, material, mesh, meshopt, weld};
@@ -85,7 +85,7 @@ fn build(parsed: Parsed, reader: &mut Reader) -> Result<Document, Reason> {
     };
     (builder.out.extensions, builder.out.repairs) = (uses, notes);
     builder.materials(reader)?;
-    let name = |p: &Placed| (buffers.root.nodes[p.node].name.clone().unwrap_or_default(), p.parent);
+    let name = |p: &PlacedNode| (buffers.root.nodes[p.node].name.clone().unwrap_or_default(), p.parent);
     builder.out.nodes = placed.iter().map(name).collect();
     for place in 0..placed.len() {
         builder.node(place)?;
@@ -99,7 +99,7 @@ type MadeKey = (usize, usize, Vec<u32>, bool);
 
 struct Builder<'a> {
     buffers: &'a Buffers,
-    placed: &'a [Placed],
+    placed: &'a [PlacedNode],
     /// For each node of the document, its index in `placed`; `None` when it is not in the scene.
     place_of: Vec<Option<usize>>,
     out: Document,
@@ -263,7 +263,7 @@ impl Builder<'_> {
         Ok((origin, joints?))
     }
 
-    fn camera(&mut self, index: usize, placed: &Placed, label: &str) -> Result<(), Reason> {
+    fn camera(&mut self, index: usize, placed: &PlacedNode, label: &str) -> Result<(), Reason> {
         let Some(camera) = self.buffers.root.cameras.get(index) else { return Ok(()) };
         let Some(lens) = camera.perspective.as_ref().filter(|l| l.yfov > 0.0 && l.yfov < 3.1) else {
             self.out.repairs.push(format!("{label}: its camera is not a perspective one and makes no view"));
@@ -302,7 +302,7 @@ impl Builder<'_> {
         }
     }
 
-    fn light(&mut self, index: usize, placed: &Placed, label: &str) -> Result<(), Reason> {
+    fn light(&mut self, index: usize, placed: &PlacedNode, label: &str) -> Result<(), Reason> {
         let lights = self.buffers.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         let light = lights.and_then(|l| l.lights.get(index));
         let light: &JsonLight = light.ok_or_else(|| format!("{label}: light {index} does not exist"))?;
@@ -342,7 +342,7 @@ impl Builder<'_> {
 }
 
 /// A node's rotation without its scale; `None` when its axes have collapsed.
-fn orientation(placed: &Placed) -> Option<DQuat> {
+fn orientation(placed: &PlacedNode) -> Option<DQuat> {
     let m = placed.world_from_node.matrix3;
     let back = m.z_axis.try_normalize()?;
     let right = m.y_axis.cross(back).try_normalize()?;

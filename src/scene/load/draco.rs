@@ -19,7 +19,7 @@ pub const NAME: &str = "KHR_draco_mesh_compression";
 /// The extension's object in a primitive.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Packed {
+struct DracoExtension {
     buffer_view: usize,
     /// Maps glTF's name of an attribute to Draco's number of it.
     attributes: BTreeMap<String, u32>,
@@ -42,7 +42,7 @@ pub fn unpack(buffers: &mut Buffers, budget: &Budget) -> Result<(), Reason> {
             let Some(value) = primitive.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { continue };
             let name = buffers.root.meshes[m].name.clone().unwrap_or_else(|| format!("meshes[{m}]"));
             let at = |reason: Reason| format!("mesh `{name}` primitive {k}: {NAME}: {reason}");
-            let packed = Packed::deserialize(value).map_err(|error| at(error.to_string()))?;
+            let packed = DracoExtension::deserialize(value).map_err(|error| at(error.to_string()))?;
             let unpacked = match done.entry(packed.buffer_view) {
                 Entry::Occupied(found) => found.into_mut(),
                 Entry::Vacant(place) => place.insert(decode(buffers, packed.buffer_view, budget).map_err(at)?),

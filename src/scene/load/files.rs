@@ -82,8 +82,8 @@ impl Reader {
                 let cannot = |error: std::io::Error| format!("cannot read {}: {error}", folder.join(name).display());
                 if !allow_outside {
                     path = inside(folder, name).map_err(|refused| match refused {
-                        Refused::Outside(why) => outside(&format!("the URI `{uri}`"), why),
-                        Refused::Io(error) => cannot(error),
+                        FileRefusal::Outside(why) => outside(&format!("the URI `{uri}`"), why),
+                        FileRefusal::Io(error) => cannot(error),
                     })?;
                 }
                 files::read(&path, self.budget.left()).map_err(cannot)
@@ -97,7 +97,7 @@ impl Reader {
 const LONGEST_URI: usize = 4096;
 
 /// Why a file cannot be read from a folder.
-pub enum Refused {
+pub enum FileRefusal {
     /// The name leads out of the folder, in this way.
     Outside(&'static str),
     /// The system does not find the file.
@@ -112,21 +112,21 @@ pub fn outside(what: &str, why: &str) -> Reason {
 }
 
 /// The real path of the file `name` in `folder`, with all symbolic links resolved.
-pub fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refused> {
+pub fn inside(folder: &Path, name: &str) -> Result<PathBuf, FileRefusal> {
     // This is checked before the system is asked, so that a refusal does not reveal what exists outside.
     let mut depth = 0usize;
     for part in Path::new(name).components() {
         match part {
             Component::Normal(_) => depth += 1,
             Component::CurDir => {}
-            Component::ParentDir => depth = depth.checked_sub(1).ok_or(Refused::Outside("by `..`"))?,
-            Component::RootDir | Component::Prefix(_) => return Err(Refused::Outside("it is absolute")),
+            Component::ParentDir => depth = depth.checked_sub(1).ok_or(FileRefusal::Outside("by `..`"))?,
+            Component::RootDir | Component::Prefix(_) => return Err(FileRefusal::Outside("it is absolute")),
         }
     }
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let root = here.canonicalize().map_err(Refused::Io)?;
-    let path = here.join(name).canonicalize().map_err(Refused::Io)?;
-    if path.starts_with(&root) { Ok(path) } else { Err(Refused::Outside("by a symbolic link")) }
+    let root = here.canonicalize().map_err(FileRefusal::Io)?;
+    let path = here.join(name).canonicalize().map_err(FileRefusal::Io)?;
+    if path.starts_with(&root) { Ok(path) } else { Err(FileRefusal::Outside("by a symbolic link")) }
 }
 
 /// Decodes what follows `data:` in a URI: `[media type][;base64],payload`.

@@ -30,13 +30,13 @@ const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 /// The texels of an image. It is cheap to clone.
 #[derive(Debug, Clone)]
-pub struct Decoded {
+pub struct DecodedImage {
     pub width: u32,
     pub height: u32,
     pub rgba8: Arc<Vec<u8>>,
 }
 
-impl Decoded {
+impl DecodedImage {
     /// The mean texel, 0 to 1. For an image that is read as colour (`srgb`) it is the mean in linear light.
     pub fn mean(&self, srgb: bool) -> Vec4 {
         let mut counts = [[0u64; 256]; 4];
@@ -70,14 +70,14 @@ pub fn encoded(x: f32) -> u8 {
 pub struct Textures {
     pub list: Vec<Texture>,
     slots: BTreeMap<(usize, bool), usize>,
-    images: BTreeMap<usize, Decoded>,
+    images: BTreeMap<usize, DecodedImage>,
     budget: Budget,
 }
 
 /// A decoded image and its index in the document.
 struct Image {
     source: usize,
-    decoded: Decoded,
+    decoded: DecodedImage,
 }
 
 impl Textures {
@@ -99,7 +99,7 @@ impl Textures {
     }
 
     /// The texels of glTF texture `index`, without making a texture of them.
-    pub fn texels(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decoded, Reason> {
+    pub fn texels(&mut self, buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<DecodedImage, Reason> {
         Ok(self.image(buffers, reader, index)?.decoded)
     }
 
@@ -109,7 +109,7 @@ impl Textures {
         buffers: &Buffers,
         like: usize,
         name: String,
-        texels: Decoded,
+        texels: DecodedImage,
         srgb: bool,
     ) -> Result<usize, Reason> {
         self.budget.take(texels.rgba8.len() as u64)?;
@@ -133,7 +133,7 @@ impl Textures {
         Ok(Image { source, decoded: decoded.clone() })
     }
 
-    fn push(&mut self, buffers: &Buffers, like: usize, name: String, image: Decoded, srgb: bool) {
+    fn push(&mut self, buffers: &Buffers, like: usize, name: String, image: DecodedImage, srgb: bool) {
         let texture = buffers.root.textures.get(like);
         let sampler = texture.and_then(|t| t.sampler).and_then(|s| buffers.root.samplers.get(s.value()));
         let wrap = |mode: Option<&Checked<WrappingMode>>| match mode {
@@ -176,7 +176,7 @@ fn label(root: &Root, index: usize) -> String {
     name.map_or_else(|| format!("images[{index}]"), |name| format!("image `{name}`"))
 }
 
-fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decoded, Reason> {
+fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<DecodedImage, Reason> {
     let image = buffers.root.images.get(index).ok_or("does not exist")?;
     let bytes = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => reader.read(uri)?,
@@ -186,7 +186,7 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
     // The bytes decide about the format, not the name: exporters write wrong media types.
     if basis::is_ktx2(&bytes) {
         let (width, height, texels) = basis::decode(&bytes, MOST_WIDE)?;
-        return Ok(Decoded { width, height, rgba8: Arc::new(texels) });
+        return Ok(DecodedImage { width, height, rgba8: Arc::new(texels) });
     }
     let mut decoder = image::ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
@@ -197,7 +197,7 @@ fn decode(buffers: &Buffers, reader: &mut Reader, index: usize) -> Result<Decode
     if width == 0 || height == 0 {
         return Err("has no pixels".to_owned());
     }
-    Ok(Decoded { width, height, rgba8: Arc::new(decoded.into_raw()) })
+    Ok(DecodedImage { width, height, rgba8: Arc::new(decoded.into_raw()) })
 }
 
 fn limits() -> image::Limits {

@@ -19,7 +19,7 @@ pub const MOST_INSTANCES: usize = 1 << 16;
 
 /// The extension's object in a node. Attributes with other names than the extension's do not say anything about places.
 #[derive(Debug, Deserialize)]
-struct Places {
+struct InstancingExtension {
     attributes: BTreeMap<String, serde_json::Value>,
 }
 
@@ -31,7 +31,7 @@ pub fn places(buffers: &Buffers, node: &Node, left: usize) -> Result<Option<Vec<
 }
 
 fn read(buffers: &Buffers, value: &serde_json::Value, left: usize) -> Result<Vec<DAffine3>, Reason> {
-    let places = Places::deserialize(value).map_err(|error| error.to_string())?;
+    let places = InstancingExtension::deserialize(value).map_err(|error| error.to_string())?;
     let numbers = |name: &str, width: usize| -> Result<Option<Vec<f32>>, Reason> {
         let Some(index) = places.attributes.get(name) else { return Ok(None) };
         let index = index.as_u64().and_then(|i| u32::try_from(i).ok());

@@ -35,7 +35,7 @@ use super::error::{Reason, SceneError};
 use super::manifest::{Geometry, Manifest};
 use super::{Scene, environment};
 use budget::most_bytes;
-use files::{Reader, Refused};
+use files::{FileRefusal, Reader};
 
 /// How a scene is loaded.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -163,8 +163,8 @@ fn reader_of(folder: &Path, loading: Loading) -> Reader {
 /// The path of the environment file that a side-car names.
 fn beside(folder: &Path, name: &str) -> Result<PathBuf, Reason> {
     files::inside(folder, name).map_err(|refused| match refused {
-        Refused::Outside(why) => files::outside(&format!("environment `{name}`"), why),
-        Refused::Io(error) => format!("cannot read {}: {error}", folder.join(name).display()),
+        FileRefusal::Outside(why) => files::outside(&format!("environment `{name}`"), why),
+        FileRefusal::Io(error) => format!("cannot read {}: {error}", folder.join(name).display()),
     })
 }
 

@@ -12,7 +12,7 @@ pub const VISIBILITY: &str = "KHR_node_visibility";
 
 /// A node reached from the scene's roots.
 #[derive(Debug, Clone)]
-pub struct Placed {
+pub struct PlacedNode {
     /// Index in the document.
     pub node: usize,
     pub world_from_node: DAffine3,
@@ -24,14 +24,14 @@ pub struct Placed {
 
 /// All nodes of the default scene, parents before children. Without a default scene it is the first scene; without any
 /// scene it is all nodes from the roots down.
-pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
+pub fn place(root: &Root) -> Result<Vec<PlacedNode>, Reason> {
     let scene = root.scene.map_or(0, |s| s.value());
     let tops: Vec<usize> = match root.scenes.get(scene) {
         Some(scene) => scene.nodes.iter().map(|n| n.value()).collect(),
         None => parentless(root),
     };
     let mut seen = vec![false; root.nodes.len()];
-    let mut out: Vec<Placed> = Vec::new();
+    let mut out: Vec<PlacedNode> = Vec::new();
     // A node, its parent's index in `out`, and the number of nodes above it.
     let mut stack: Vec<(usize, Option<usize>, usize)> = tops.into_iter().rev().map(|node| (node, None, 0)).collect();
     while let Some((index, parent, above)) = stack.pop() {
@@ -52,7 +52,7 @@ pub fn place(root: &Root) -> Result<Vec<Placed>, Reason> {
         let visible = node.extensions.as_ref().and_then(|e| e.others.get(VISIBILITY)?.get("visible")?.as_bool());
         let visible = parent_visible && visible.unwrap_or(true);
         stack.extend(node.children.iter().flatten().rev().map(|child| (child.value(), Some(out.len()), above + 1)));
-        out.push(Placed { node: index, world_from_node, parent, visible });
+        out.push(PlacedNode { node: index, world_from_node, parent, visible });
     }
     Ok(out)
 }

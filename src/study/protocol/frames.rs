@@ -3,7 +3,7 @@
 
 use cyclopean_analysis::journal::record::{Record, Shown};
 
-use super::machine::{AfterBlank, Clock, Current, Machine, State};
+use super::machine::{AfterBlank, Clock, CurrentAttempt, Machine, State};
 use super::setup::Setup;
 use super::timing::{FrameRun, Timing};
 use super::{Action, Screen};
@@ -126,15 +126,15 @@ impl Machine {
     }
 
     pub(super) fn show_panel(&self, chosen: Option<u32>, reminder: bool, out: &mut Vec<Action>) {
-        if let Some(Current { presentation, attempt, .. }) = self.current {
+        if let Some(CurrentAttempt { presentation, attempt, .. }) = self.current {
             out.push(Action::Show(Screen::Panel { presentation, attempt, chosen, reminder }));
         }
     }
 }
 
 /// The screen that is shown during a segment.
-fn stimulus_screen(setup: &Setup, current: Current, show: Shown, frame: u32) -> Screen {
-    let Current { presentation, attempt, .. } = current;
+fn stimulus_screen(setup: &Setup, current: CurrentAttempt, show: Shown, frame: u32) -> Screen {
+    let CurrentAttempt { presentation, attempt, .. } = current;
     match setup.stimulus(presentation, show) {
         None => Screen::Blank,
         Some((stimulus, reference)) => Screen::Stimulus { presentation, attempt, show, stimulus, reference, frame },

@@ -67,7 +67,7 @@ impl Clock {
 
 /// The attempt that is under way.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Current {
+pub(super) struct CurrentAttempt {
     pub(super) presentation: u32,
     pub(super) attempt: u32,
     pub(super) valid: bool,
@@ -76,7 +76,7 @@ pub(super) struct Current {
 /// A journal does not belong to this study and row.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the journal does not follow from its study and row: {0}")]
-pub struct Misfit(pub String);
+pub struct JournalMismatch(pub String);
 
 /// A session. See the module's documentation.
 #[derive(Debug, Clone)]
@@ -88,9 +88,9 @@ pub struct Machine {
     pub(super) cursor: usize,
     pub(super) right: u32,
     pub(super) queue: Queue,
-    pub(super) current: Option<Current>,
+    pub(super) current: Option<CurrentAttempt>,
     /// Presentations without attempts left whose `missing` record is not written yet.
-    pub(super) owed: Vec<u32>,
+    pub(super) unwritten_missing: Vec<u32>,
     pub(super) ready_shown: bool,
     pub(super) answered: u32,
     pub(super) last_break_ns: Option<u64>,
@@ -116,7 +116,7 @@ impl Machine {
             cursor: 0,
             right: 0,
             current: None,
-            owed: Vec::new(),
+            unwritten_missing: Vec::new(),
             ready_shown: false,
             answered: 0,
             last_break_ns: None,

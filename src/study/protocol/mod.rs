@@ -8,19 +8,19 @@
 //! in with each event; the duration of phases is counted in display frames. `study::session` drives the machine.
 
 mod frames;
-mod leave;
+mod interruption;
 mod machine;
 mod people;
 mod queue;
 mod replay;
 mod setup;
+mod stages;
 mod timing;
-mod way;
 
 #[cfg(test)]
 mod tests;
 
-pub use machine::{Machine, Misfit};
+pub use machine::{JournalMismatch, Machine};
 pub use setup::{Item, ScreeningTrial, Setup, Stage};
 
 use cyclopean_analysis::journal::record::{Outcome, Record, Shown};

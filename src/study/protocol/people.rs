@@ -4,8 +4,8 @@ use cyclopean_analysis::journal::record::{
     Answer, Change, Continue, Item, Missing, Note, Outcome, Purpose, Record, Screening,
 };
 
-use super::machine::{Current, Machine, State};
-use super::queue::Settled;
+use super::machine::{CurrentAttempt, Machine, State};
+use super::queue::AttemptResult;
 use super::setup::{SCREENING_PASS, Stage};
 use super::{Action, Input, Page, Screen};
 
@@ -26,7 +26,7 @@ impl Machine {
             Input::Repeat => self.repeat(now_ns, out),
             Input::Note(text) => out.extend([Action::Write(Record::Note(Note { text })), Action::Sync]),
             Input::Continue => match &self.state {
-                State::Page(page) => self.turn(*page, now_ns, out),
+                State::Page(page) => self.leave_page(*page, now_ns, out),
                 State::Paused { since_ns, then } => {
                     let (after_ns, then) = (now_ns.saturating_sub(*since_ns), (**then).clone());
                     out.push(Action::Write(Record::Continue(Continue { after_ns })));
@@ -94,23 +94,23 @@ impl Machine {
             counts: current.valid,
         })));
         self.settle(current);
-        self.write_owed(out);
+        self.write_missing(out);
         self.next_presentation(now_ns, out);
     }
 
     /// Records what an answered attempt means for the order; a replay calls it too.
-    pub(super) fn settle(&mut self, current: Current) {
+    pub(super) fn settle(&mut self, current: CurrentAttempt) {
         let settled = self.queue.answered(&self.setup.presentations, current.presentation, current.valid);
         let trial = self.setup.presentations[current.presentation as usize].purpose == Purpose::Trial;
         match settled {
-            Settled::Done if trial => self.answered += 1,
-            Settled::Done | Settled::Repeat => {}
-            Settled::Exhausted => self.owed.push(current.presentation),
+            AttemptResult::Done if trial => self.answered += 1,
+            AttemptResult::Done | AttemptResult::Repeat => {}
+            AttemptResult::Exhausted => self.unwritten_missing.push(current.presentation),
         }
     }
 
-    pub(super) fn write_owed(&mut self, out: &mut Vec<Action>) {
-        for presentation in self.owed.drain(..) {
+    pub(super) fn write_missing(&mut self, out: &mut Vec<Action>) {
+        for presentation in self.unwritten_missing.drain(..) {
             out.push(Action::Write(Record::Missing(Missing { presentation, reason: "invalid".to_owned() })));
         }
     }

@@ -6,7 +6,7 @@ use cyclopean_analysis::journal::record::{Planned, Purpose};
 
 /// What became of an attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Settled {
+pub enum AttemptResult {
     /// Answered and valid, or practice.
     Done,
     /// To be shown again later.
@@ -54,19 +54,19 @@ impl Queue {
     }
 
     /// Decides what becomes of a presentation after an answered attempt.
-    pub fn answered(&mut self, plan: &[Planned], presentation: u32, valid: bool) -> Settled {
+    pub fn answered(&mut self, plan: &[Planned], presentation: u32, valid: bool) -> AttemptResult {
         let planned = &plan[presentation as usize];
         if valid || planned.purpose == Purpose::Practice {
-            return Settled::Done;
+            return AttemptResult::Done;
         }
         let invalid = &mut self.invalid[presentation as usize];
         *invalid += 1;
         if *invalid > self.repeats {
-            return Settled::Exhausted;
+            return AttemptResult::Exhausted;
         }
         let same_block = |&other: &u32| plan[other as usize].block == planned.block;
         let end = self.upcoming.iter().rposition(same_block).map_or(0, |last| last + 1);
         self.upcoming.insert(end, presentation);
-        Settled::Repeat
+        AttemptResult::Repeat
     }
 }

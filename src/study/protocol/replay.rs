@@ -2,7 +2,7 @@
 
 use cyclopean_analysis::journal::record::Record;
 
-use super::machine::{Current, Machine, Misfit};
+use super::machine::{CurrentAttempt, JournalMismatch, Machine};
 use super::{Action, Page};
 
 impl Machine {
@@ -10,8 +10,8 @@ impl Machine {
     ///
     /// # Errors
     /// The record cannot have come from this setup.
-    pub fn replay(&mut self, record: &Record) -> Result<(), Misfit> {
-        let misfit = |what: String| Err(Misfit(what));
+    pub fn replay(&mut self, record: &Record) -> Result<(), JournalMismatch> {
+        let misfit = |what: String| Err(JournalMismatch(what));
         match record {
             Record::Phase(phase) => {
                 let name = if phase.phase == "practice" { "trials" } else { phase.phase.as_str() };
@@ -29,7 +29,7 @@ impl Machine {
             }
             Record::Begin(b) => match self.queue.begin() {
                 Some((presentation, attempt)) if (presentation, attempt) == (b.presentation, b.attempt) => {
-                    self.current = Some(Current { presentation, attempt, valid: false });
+                    self.current = Some(CurrentAttempt { presentation, attempt, valid: false });
                 }
                 next => return misfit(format!("({}, {}) begins where {next:?} is next", b.presentation, b.attempt)),
             },
@@ -47,9 +47,9 @@ impl Machine {
                 Some(c) if (c.presentation, c.attempt) == (a.presentation, a.attempt) => self.settle(c),
                 _ => return misfit(format!("presentation {} was not begun", a.presentation)),
             },
-            Record::Missing(m) => match self.owed.iter().position(|&o| o == m.presentation) {
+            Record::Missing(m) => match self.unwritten_missing.iter().position(|&o| o == m.presentation) {
                 Some(at) => {
-                    self.owed.remove(at);
+                    self.unwritten_missing.remove(at);
                 }
                 None if self.queue.front() == Some(m.presentation) => self.queue.drop_front(),
                 None => return misfit(format!("presentation {} cannot be missing", m.presentation)),
@@ -63,7 +63,7 @@ impl Machine {
     /// The first actions of a resumed session, after [`Machine::replay`] of every record.
     pub fn resume(&mut self, _now_ns: u64) -> Vec<Action> {
         let mut out = Vec::new();
-        self.write_owed(&mut out);
+        self.write_missing(&mut out);
         self.interrupt("killed", &mut out);
         out.push(Action::Sync);
         self.show_page(Page::WelcomeBack, &mut out);

@@ -247,9 +247,9 @@ fn an_invalid_trial_comes_again_at_the_end_of_its_block_and_then_is_missing() {
         fn load(&mut self, s: &[crate::display::StimulusFiles]) -> Result<(), crate::display::DisplayError> {
             self.0.load(s)
         }
-        fn wait(&mut self, idle: u64) -> Result<crate::display::Timed, crate::display::DisplayError> {
+        fn wait(&mut self, idle: u64) -> Result<crate::display::TimedEvent, crate::display::DisplayError> {
             match self.1.take() {
-                Some(event) => Ok(crate::display::Timed { now_ns: self.0.now_ns(), event }),
+                Some(event) => Ok(crate::display::TimedEvent { now_ns: self.0.now_ns(), event }),
                 None => self.0.wait(idle),
             }
         }

@@ -6,8 +6,8 @@ use cyclopean_analysis::journal::record;
 use super::Options;
 use crate::display::DisplayInfo;
 use crate::study::poses;
-use crate::study::sessions::Place;
-use crate::study::store::Stored;
+use crate::study::sessions::SessionPlace;
+use crate::study::store::StoredStimulus;
 use crate::study::validate::Study;
 
 /// The program, as journals name it.
@@ -19,7 +19,7 @@ pub fn program() -> record::Program {
     }
 }
 
-pub(super) fn stimulus_record(id: u32, stored: &Stored) -> record::Stimulus {
+pub(super) fn stimulus_record(id: u32, stored: &StoredStimulus) -> record::Stimulus {
     let side_car = &stored.side_car;
     record::Stimulus {
         id,
@@ -35,7 +35,7 @@ pub(super) fn stimulus_record(id: u32, stored: &Stored) -> record::Stimulus {
     }
 }
 
-pub(super) fn header(study: &Study, place: &Place, display: &DisplayInfo, options: &Options) -> record::Header {
+pub(super) fn header(study: &Study, place: &SessionPlace, display: &DisplayInfo, options: &Options) -> record::Header {
     let d = &study.definition;
     record::Header {
         format: FORMAT,

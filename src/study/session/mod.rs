@@ -19,8 +19,8 @@ use super::observer::{ObserverError, SimulatedObserver};
 use super::plan::Plan;
 use super::poses::{PoseWriter, PosesError};
 use super::protocol::{Machine, Setup};
-use super::sessions::{Place, Sessions, SessionsError};
-use super::store::{Store, StoreError, Stored};
+use super::sessions::{SessionPlace, Sessions, SessionsError};
+use super::store::{Store, StoreError, StoredStimulus};
 use super::validate::{Study, StudyError};
 use super::writer::{Durability, JournalWriter, WriterError};
 use crate::display::{DisplayError, DisplayInfo};
@@ -29,7 +29,7 @@ pub use header::program;
 use header::{header, stimulus_record};
 use replay::Replay;
 pub use replay::{Proof, prove_order};
-pub use run::{Ended, simulate};
+pub use run::{SessionEnd, simulate};
 
 /// Why a session cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
@@ -103,8 +103,8 @@ pub struct Session {
     machine: Machine,
     writer: JournalWriter,
     sessions: Sessions,
-    place: Place,
-    stored: Vec<Stored>,
+    place: SessionPlace,
+    stored: Vec<StoredStimulus>,
     /// Writes head poses; none: no head poses are kept.
     poses: Option<PoseWriter>,
     gap: Option<Gap>,
@@ -224,7 +224,7 @@ impl Session {
         self.machine.setup()
     }
 
-    pub fn place(&self) -> &Place {
+    pub fn place(&self) -> &SessionPlace {
         &self.place
     }
 
@@ -251,7 +251,7 @@ impl Session {
 
 fn reopen_poses(
     study: &Study,
-    place: &Place,
+    place: &SessionPlace,
     options: &Options,
     writer: &JournalWriter,
     are_kept: bool,
@@ -275,13 +275,13 @@ pub(super) fn setup(study: &Study, plan: &Plan, display: &DisplayInfo) -> Setup 
 }
 
 /// For each stimulus its frames, if it moves.
-fn films(stored: &[Stored]) -> Vec<Option<record::Film>> {
+fn films(stored: &[StoredStimulus]) -> Vec<Option<record::Film>> {
     stored.iter().map(|s| s.side_car.info.film).collect()
 }
 
 /// Refuses moving stimuli that are faster than the display. Warns of those that will not look even, or that end early.
-fn check_films(stored: &[Stored], definition: &Definition, display: &DisplayInfo) -> Result<(), SessionError> {
-    for Stored { side_car, .. } in stored {
+fn check_films(stored: &[StoredStimulus], definition: &Definition, display: &DisplayInfo) -> Result<(), SessionError> {
+    for StoredStimulus { side_car, .. } in stored {
         let Some(film) = side_car.info.film else { continue };
         let label = side_car.request.label();
         let (rate_hz, display_hz) = (film.rate_hz, display.nominal_hz);
@@ -306,7 +306,7 @@ fn check_films(stored: &[Stored], definition: &Definition, display: &DisplayInfo
     Ok(())
 }
 
-fn find_all(study: &Study, store: &Store, plan: &Plan) -> Result<Vec<Stored>, SessionError> {
+fn find_all(study: &Study, store: &Store, plan: &Plan) -> Result<Vec<StoredStimulus>, SessionError> {
     let mut stored = Vec::new();
     let mut first = None;
     let mut missing = 0;

@@ -8,7 +8,7 @@ use cyclopean_analysis::journal::{Entry, JournalError};
 use super::{SessionError, setup};
 use crate::display::DisplayInfo;
 use crate::study::plan::Plan;
-use crate::study::protocol::{Machine, Misfit};
+use crate::study::protocol::{JournalMismatch, Machine};
 use crate::study::validate::Study;
 use crate::study::writer::WriterError;
 
@@ -60,7 +60,7 @@ impl<'a> Replay<'a> {
             (Record::Ready(_), ..) => self.ready = true,
             (Record::End(end), ..) => self.over = Some(end.outcome),
             (record, _, Some(machine)) if self.ready => {
-                if let Err(Misfit(what)) = machine.replay(&record) {
+                if let Err(JournalMismatch(what)) = machine.replay(&record) {
                     return self.refuse(what);
                 }
             }

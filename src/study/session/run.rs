@@ -8,14 +8,14 @@ use super::{Options, Session, SessionError, token};
 use crate::display::headless::Headless;
 use crate::display::{Display, StimulusFiles};
 use crate::study::protocol::{Action, Screen};
-use crate::study::sessions::{Place, Sessions};
+use crate::study::sessions::{SessionPlace, Sessions};
 use crate::study::stimulus::STIMULUS_FILES;
 use crate::study::store::Store;
 use crate::study::validate::Study;
 
 /// The state of a session when [`Session::run`] returns.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ended {
+pub struct SessionEnd {
     /// None: the session was closed and can be resumed.
     pub outcome: Option<Outcome>,
     pub journal: PathBuf,
@@ -31,7 +31,7 @@ impl Session {
     ///
     /// # Errors
     /// The display or the disk failed; the session can be resumed.
-    pub fn run(mut self, display: &mut dyn Display) -> Result<Ended, SessionError> {
+    pub fn run(mut self, display: &mut dyn Display) -> Result<SessionEnd, SessionError> {
         if self.over.is_some() {
             let outcome = self.over;
             return self.close(outcome);
@@ -108,7 +108,7 @@ impl Session {
         Ok(closed)
     }
 
-    fn close(self, outcome: Option<Outcome>) -> Result<Ended, SessionError> {
+    fn close(self, outcome: Option<Outcome>) -> Result<SessionEnd, SessionError> {
         let Session { writer, sessions, place, .. } = self;
         let journal = writer.path().to_owned();
         // Dropping the writer releases the lock.
@@ -122,8 +122,8 @@ impl Session {
             }
             None => {}
         }
-        let Place { participant, session, row, .. } = place;
-        Ok(Ended { outcome, journal, participant, session, row, deleted })
+        let SessionPlace { participant, session, row, .. } = place;
+        Ok(SessionEnd { outcome, journal, participant, session, row, deleted })
     }
 }
 
@@ -141,7 +141,7 @@ pub fn simulate(
     participant: &str,
     hz: f64,
     options: &Options,
-) -> Result<Ended, SessionError> {
+) -> Result<SessionEnd, SessionError> {
     let info = Headless::information(hz);
     let sessions = Sessions::new(options.disk.clone(), root, &study.definition.id);
     let session = match sessions.unfinished(participant) {

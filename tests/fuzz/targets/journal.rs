@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use cyclopean::study::definition::Definition;
 use cyclopean::study::protocol::{Machine, Setup};
 use cyclopean::study::session::prove_order;
-use cyclopean::study::show::Seen;
+use cyclopean::study::show::RecordedSession;
 use cyclopean::study::{Plan, disk::Disk, recover::recover, sha256_hex, validate};
 use cyclopean_analysis::data::tidy::FACTORS;
 use cyclopean_analysis::data::{self, Columns, Selection};
@@ -15,7 +15,7 @@ use cyclopean_analysis::export::export;
 use cyclopean_analysis::inspect::inspect;
 use cyclopean_analysis::journal::record::{Record, Trust};
 use cyclopean_analysis::journal::{self, Entry, Kind, SessionVotes, collect};
-use cyclopean_analysis::report::session::{Told, session_page};
+use cyclopean_analysis::report::session::{SessionTimeline, session_page};
 use serde_json::Value;
 
 /// Tries the bytes as they are, and then with corrected check sums, so that mutants get past the check sums.
@@ -54,7 +54,7 @@ fn as_it_is(bytes: &[u8]) {
         }
     }
     let proven = prove_order(&path);
-    match Seen::read(&path) {
+    match RecordedSession::read(&path) {
         Ok(seen) => {
             assert!(proven.is_ok(), "a session is shown whose order cannot be proven");
             for planned in &seen.planned {
@@ -68,8 +68,8 @@ fn as_it_is(bytes: &[u8]) {
         Err(error) => super::said(&error),
     }
     resume(&entries);
-    if let Some(told) = Told::of(entries) {
-        assert!(session_page(&told, &Default::default()).ends_with("</html>\n"));
+    if let Some(timeline) = SessionTimeline::of(entries) {
+        assert!(session_page(&timeline, &Default::default()).ends_with("</html>\n"));
     }
 }
 

@@ -6,7 +6,7 @@
 use cyclopean::study::plan::Plan;
 use cyclopean::study::protocol::{Action, Event, Input, Machine, Setup};
 use cyclopean::study::session::prove_order;
-use cyclopean::study::show::Seen;
+use cyclopean::study::show::RecordedSession;
 use cyclopean::study::validate::{self, Study};
 use cyclopean_analysis::inspect::inspect;
 use cyclopean_analysis::journal::record::{Film, Ready, Record, Resume, Trust};
@@ -184,7 +184,7 @@ impl<'a> Session<'a> {
         assert_eq!(read, self.entries, "the journal changed when it was written and read again");
         let proof = prove_order(&path).expect("the order follows from the study and the row");
         assert_eq!(proof.sha256, self.plan.order.sha256);
-        let seen = Seen::read(&path).expect("a session that can be shown");
+        let seen = RecordedSession::read(&path).expect("a session that can be shown");
         assert_eq!(seen.presentations.len(), count(&read, |r| matches!(r, Record::Presentation(_))));
         let votes = collect(&path).expect("votes");
         let practice = |p: u32| self.plan.presentations[p as usize].purpose == journal::record::Purpose::Practice;

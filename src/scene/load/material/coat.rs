@@ -15,7 +15,7 @@ use serde::Deserialize;
 use super::slots::Slots;
 use super::unit;
 use crate::scene::error::Reason;
-use crate::scene::load::image::Decoded;
+use crate::scene::load::image::DecodedImage;
 use crate::scene::{Material, TextureRef};
 
 pub const NAME: &str = "KHR_materials_clearcoat";
@@ -63,7 +63,7 @@ pub fn apply(slots: &mut Slots, json: &JsonMaterial, material: &mut Material) ->
         let mut rgba8 = texels.rgba8.to_vec();
         rgba8.chunks_exact_mut(4).for_each(|texel| texel[1] = 255);
         let name = format!("{} coated", slots.textures.list[slot.texture].name);
-        let texels = Decoded { rgba8: Arc::new(rgba8), ..texels };
+        let texels = DecodedImage { rgba8: Arc::new(rgba8), ..texels };
         let texture = slots.textures.made(slots.buffers, info.index.value(), name, texels, false)?;
         material.metallic_roughness_texture = Some(TextureRef { texture, ..slot });
     }

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use super::slots::Slots;
 use super::{finite3, finite4, unit};
 use crate::scene::error::Reason;
-use crate::scene::load::image::{Decoded, encoded, linear};
+use crate::scene::load::image::{DecodedImage, encoded, linear};
 use crate::scene::{Material, TextureRef};
 
 pub const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -91,7 +91,7 @@ fn converted(
         .as_ref()
         .map_or((shiny.width, shiny.height), |c| (c.width.max(shiny.width), c.height.max(shiny.height)));
     let linear: [f32; 256] = std::array::from_fn(|byte| linear(byte as u8));
-    let read = |image: &Decoded, x: u32, y: u32| {
+    let read = |image: &DecodedImage, x: u32, y: u32| {
         // The nearest texel, where the two images differ in size.
         let (x, y) = (u64::from(x) * u64::from(image.width), u64::from(y) * u64::from(image.height));
         let at = y / u64::from(height) * u64::from(image.width) + x / u64::from(width);
@@ -115,7 +115,7 @@ fn converted(
     let (uv_set, transform) = slots.mapping(info);
     let mut texture = |what: &str, rgba8: Vec<u8>, srgb: bool| -> Result<Option<TextureRef>, Reason> {
         let name = format!("{} {what}", material.name);
-        let texels = Decoded { width, height, rgba8: Arc::new(rgba8) };
+        let texels = DecodedImage { width, height, rgba8: Arc::new(rgba8) };
         let texture = slots.textures.made(slots.buffers, like, name, texels, srgb)?;
         Ok(Some(TextureRef { texture, uv_set, transform }))
     };

@@ -23,7 +23,7 @@ pub const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compressio
 /// The extension's object in a buffer view.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Packed {
+struct MeshoptExtension {
     buffer: usize,
     #[serde(default)]
     byte_offset: u64,
@@ -51,7 +51,7 @@ pub fn unpack(root: &mut Root, buffers: &mut Vec<Vec<u8>>, budget: &Budget) -> R
             continue;
         };
         let at = |reason: Reason| format!("bufferViews[{view}]: {name}: {reason}");
-        let packed = Packed::deserialize(value).map_err(|error| at(error.to_string()))?;
+        let packed = MeshoptExtension::deserialize(value).map_err(|error| at(error.to_string()))?;
         let bytes = decode(&packed, buffers, budget).map_err(at)?;
         let length = bytes.len() as u64;
         let buffer = Index::new(buffers.len() as u32);
@@ -69,7 +69,7 @@ pub fn unpack(root: &mut Root, buffers: &mut Vec<Vec<u8>>, budget: &Budget) -> R
     Ok(())
 }
 
-fn decode(packed: &Packed, buffers: &[Vec<u8>], budget: &Budget) -> Result<Vec<u8>, Reason> {
+fn decode(packed: &MeshoptExtension, buffers: &[Vec<u8>], budget: &Budget) -> Result<Vec<u8>, Reason> {
     let buffer = buffers.get(packed.buffer).ok_or_else(|| format!("buffers[{}] does not exist", packed.buffer))?;
     let end = packed.byte_offset.checked_add(packed.byte_length);
     let range = end.and_then(|end| Some(usize::try_from(packed.byte_offset).ok()?..usize::try_from(end).ok()?));

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use serde::Deserialize;
 
-use super::{Budget, Packed, decode};
+use super::{Budget, MeshoptExtension, decode};
 
 #[derive(Deserialize)]
 struct Stream {
@@ -33,7 +33,7 @@ fn bytes(hex: &str) -> Vec<u8> {
 }
 
 fn unpack(stream: &Stream, source: Vec<u8>, count: usize) -> Result<Vec<u8>, String> {
-    let packed = Packed {
+    let packed = MeshoptExtension {
         buffer: 0,
         byte_offset: 0,
         byte_length: source.len() as u64,

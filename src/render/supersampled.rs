@@ -10,24 +10,24 @@ use crate::scene::{Scene, StereoCamera};
 
 use super::context::Context;
 use super::method::Method;
-use super::needs::Needs;
+use super::needs::FrameNeeds;
 use super::settings::Settings;
 use super::targets::Targets;
 
 /// See the module's documentation.
-pub struct Fine {
+pub struct SupersampledView {
     pub context: Context,
     pub targets: Targets,
     finer: u32,
 }
 
-impl Fine {
+impl SupersampledView {
     /// `drawn` with `finer` times the width and height.
     pub fn settings(drawn: &Settings, finer: u32) -> Settings {
         Settings { width: drawn.width * finer, height: drawn.height * finer, ..drawn.clone() }
     }
 
-    /// `context` must have been made for [`Fine::settings`].
+    /// `context` must have been made for [`SupersampledView::settings`].
     ///
     /// # Errors
     /// When device memory runs out.
@@ -35,15 +35,16 @@ impl Fine {
         gpu: &Rc<Gpu>,
         context: Context,
         drawn: &Settings,
-        (needs, method): (&Needs, &Method),
+        (needs, method): (&FrameNeeds, &Method),
         finer: u32,
-    ) -> Result<Fine, GpuError> {
-        let targets = Targets::new(gpu, &Fine::settings(drawn, finer), (1, 1), &needs.of_surfaces(), method)?;
-        Ok(Fine { context, targets, finer })
+    ) -> Result<SupersampledView, GpuError> {
+        let targets =
+            Targets::new(gpu, &SupersampledView::settings(drawn, finer), (1, 1), &needs.of_surfaces(), method)?;
+        Ok(SupersampledView { context, targets, finer })
     }
 
     /// As [`Context::update`].
     pub fn update(&self, eyes: &StereoCamera, drawn: &Settings, scene: &Scene) {
-        self.context.update(eyes, &Fine::settings(drawn, self.finer), scene);
+        self.context.update(eyes, &SupersampledView::settings(drawn, self.finer), scene);
     }
 }

@@ -6,15 +6,15 @@ use std::sync::mpsc::Receiver;
 
 use openxr as xr;
 
-use super::actions::{Actions, Done};
+use super::actions::{Actions, ControllerInput};
 use super::board::Size;
-use super::headset::{Due, Headset, Layers, Spaces, WarmUp};
+use super::headset::{Headset, Layers, PendingFrame, Spaces, WarmUp};
 use super::operator::{self, Key};
 use super::pictures::EYES;
 use super::place::{self, Pose, SCREEN_M};
-use super::runtime::{Said, VIEWS, failure};
+use super::runtime::{CallContext, VIEWS, failure};
 use super::stage::half_field_deg;
-use super::texture::{Shape, Texture};
+use super::texture::{Texture, TextureDesc};
 use crate::display::{DisplayError, DisplayInfo};
 use crate::gpu::{Gpu, Image};
 use crate::study::protocol::Input;
@@ -32,7 +32,7 @@ pub struct EyeInRoom {
 
 /// What was done with the controllers, or typed, since the last frame.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Acts {
+pub struct HeadsetInput {
     pub confirm: bool,
     pub pause: bool,
     /// +1: the stick was pushed right or down; −1: left or up.
@@ -43,17 +43,17 @@ pub struct Acts {
 }
 
 /// A frame, which must be given back by one of the `show` functions.
-pub struct BareFrame {
-    due: Due,
+pub struct StandaloneFrame {
+    due: PendingFrame,
     /// Predicted display time, nanoseconds of the runtime's clock.
     pub at_ns: u64,
     /// The eyes; none where they are not tracked, or nothing would be seen.
     pub eyes: Option<[EyeInRoom; 2]>,
-    pub acts: Acts,
+    pub acts: HeadsetInput,
 }
 
 /// See the module's documentation. Fields are dropped in this order, as in [`super::OpenXr`].
-pub struct Bare {
+pub struct StandaloneHeadset {
     picture: Option<Texture>,
     words: Option<Texture>,
     actions: Actions,
@@ -65,18 +65,28 @@ pub struct Bare {
     home: Option<Pose>,
 }
 
-impl Bare {
+impl StandaloneHeadset {
     /// Opens the headset, as [`super::OpenXr::open`] does.
     ///
     /// # Errors
     /// One sentence that names what is missing.
-    pub fn open() -> Result<Bare, DisplayError> {
+    pub fn open() -> Result<StandaloneHeadset, DisplayError> {
         let (mut headset, spaces) = Headset::open()?;
         let actions = Actions::new(&headset.runtime, &headset.session)?;
         let warm_up = headset.warm_up(&spaces)?;
         let info = super::info(&headset, &warm_up);
         let operator = operator::listen();
-        Ok(Bare { picture: None, words: None, actions, spaces, headset, warm_up, info, operator, home: None })
+        Ok(StandaloneHeadset {
+            picture: None,
+            words: None,
+            actions,
+            spaces,
+            headset,
+            warm_up,
+            info,
+            operator,
+            home: None,
+        })
     }
 
     /// The device that draws, chosen by the runtime.
@@ -100,7 +110,7 @@ impl Bare {
     ///
     /// # Errors
     /// The headset is gone.
-    pub fn wait(&mut self) -> Result<Option<BareFrame>, DisplayError> {
+    pub fn wait(&mut self) -> Result<Option<StandaloneFrame>, DisplayError> {
         self.headset.poll()?;
         if !self.headset.lifecycle.is_running() {
             std::thread::sleep(super::IDLE_POLL);
@@ -115,16 +125,16 @@ impl Bare {
         {
             self.home = Some(place::upright(head));
         }
-        Ok(Some(BareFrame { at_ns: due.time().as_nanos().max(0) as u64, due, eyes, acts }))
+        Ok(Some(StandaloneFrame { at_ns: due.time().as_nanos().max(0) as u64, due, eyes, acts }))
     }
 
-    fn acts(&mut self) -> Result<Acts, DisplayError> {
-        let mut acts = Acts::default();
+    fn acts(&mut self) -> Result<HeadsetInput, DisplayError> {
+        let mut acts = HeadsetInput::default();
         if self.headset.lifecycle.is_focused() {
-            let Done { confirm, pause, recentre, step, hand } = self.actions.read(&self.headset.session)?;
-            acts = Acts { confirm, pause, step, centre: recentre, typed: Vec::new() };
+            let ControllerInput { confirm, pause, recentre, step, hand } = self.actions.read(&self.headset.session)?;
+            acts = HeadsetInput { confirm, pause, step, centre: recentre, typed: Vec::new() };
             if confirm || pause || recentre || step != 0 {
-                self.actions.knock(&self.headset.session, hand);
+                self.actions.pulse(&self.headset.session, hand);
             }
         }
         while let Ok(key) = self.operator.try_recv() {
@@ -137,7 +147,8 @@ impl Bare {
     }
 
     fn eyes(&self, time: xr::Time) -> Result<Option<[EyeInRoom; 2]>, DisplayError> {
-        let (flags, views) = self.headset.session.locate_views(VIEWS, time, &self.spaces.room).said("xrLocateViews")?;
+        let (flags, views) =
+            self.headset.session.locate_views(VIEWS, time, &self.spaces.room).in_call("xrLocateViews")?;
         let known = flags.contains(xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID);
         let eye = |view: &xr::View| {
             let pose = Pose::of(view.pose);
@@ -158,11 +169,11 @@ impl Bare {
     ///
     /// # Errors
     /// The headset is gone.
-    pub fn show_projection(&mut self, frame: BareFrame, image: &Image) -> Result<(), DisplayError> {
+    pub fn show_projection(&mut self, frame: StandaloneFrame, image: &Image) -> Result<(), DisplayError> {
         let (Some(eyes), (width, height)) = (frame.eyes, image.extent()) else { return self.show_nothing(frame) };
         let texture = kept(&mut self.picture, &self.headset, (width, height))?;
         texture.write(&self.headset.gpu, |record, target| record.copy_texels(image, target))?;
-        let Bare { headset, spaces, picture, .. } = self;
+        let StandaloneHeadset { headset, spaces, picture, .. } = self;
         let Some(picture) = picture else { return Err(failure("no picture")) };
         let view = |eye: usize| {
             let EyeInRoom { position: p, orientation: o, fov_rad: [left, right, up, down] } = eyes[eye];
@@ -174,7 +185,7 @@ impl Bare {
                 .fov(xr::Fovf { angle_left: left, angle_right: right, angle_up: up, angle_down: down })
                 .sub_image(picture.layer(eye as u32))
         };
-        headset.give(frame.due, |layers: &mut Layers<'_>| {
+        headset.submit(frame.due, |layers: &mut Layers<'_>| {
             layers.projections.push((&spaces.room, [view(0), view(1)]));
             Ok(())
         })
@@ -185,20 +196,20 @@ impl Bare {
     ///
     /// # Errors
     /// The headset is gone.
-    pub fn show_page(&mut self, frame: BareFrame, image: &Image, is_new: bool) -> Result<(), DisplayError> {
+    pub fn show_page(&mut self, frame: StandaloneFrame, image: &Image, is_new: bool) -> Result<(), DisplayError> {
         let texture = kept(&mut self.words, &self.headset, image.extent())?;
         if is_new {
             texture.write(&self.headset.gpu, |record, target| record.copy_texels(image, target))?;
         }
-        let Bare { headset, spaces, words, home, .. } = self;
+        let StandaloneHeadset { headset, spaces, words, home, .. } = self;
         let (Some(words), Some(home)) = (words.as_ref(), *home) else {
-            return headset.give(frame.due, |_| Ok(()));
+            return headset.submit(frame.due, |_| Ok(()));
         };
         let pose = home.then(place::ahead(glam::Vec3::ZERO, SCREEN_M)).xr();
         let ((width, _), px_per_degree) = (image.extent(), self.info.arcsec_per_px);
         let px_m = f64::from(SCREEN_M) * (1.0 / (3600.0 / px_per_degree).max(20.0)).to_radians();
         let (width_m, aspect) = ((f64::from(width) * px_m) as f32, image.extent().1 as f32 / width as f32);
-        headset.give(frame.due, |layers: &mut Layers<'_>| {
+        headset.submit(frame.due, |layers: &mut Layers<'_>| {
             for (layer, eye) in EYES {
                 layers.quads.push(
                     xr::CompositionLayerQuad::new()
@@ -217,14 +228,14 @@ impl Bare {
     ///
     /// # Errors
     /// The headset is gone.
-    pub fn show_nothing(&mut self, frame: BareFrame) -> Result<(), DisplayError> {
-        self.headset.give(frame.due, |_| Ok(()))
+    pub fn show_nothing(&mut self, frame: StandaloneFrame) -> Result<(), DisplayError> {
+        self.headset.submit(frame.due, |_| Ok(()))
     }
 }
 
-impl Drop for Bare {
+impl Drop for StandaloneHeadset {
     fn drop(&mut self) {
-        self.headset.leave();
+        self.headset.exit_session();
     }
 }
 
@@ -240,7 +251,7 @@ fn kept<'a>(
     match texture {
         Some(texture) => Ok(texture),
         empty => {
-            let shape = Shape { width, height, layers: 2, is_still: false };
+            let shape = TextureDesc { width, height, layers: 2, is_still: false };
             Ok(empty.insert(Texture::new(&headset.session, &headset.gpu, shape)?))
         }
     }

@@ -49,7 +49,7 @@ pub struct Mark {
 
 /// A whole session.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct SessionTimeline {
     /// The study, the program, the display and the device.
     pub header: Box<Header>,
     /// Whose answers these are.
@@ -72,22 +72,28 @@ fn name(planned: &[Planned], presentation: u32) -> String {
     }
 }
 
-impl Told {
+impl SessionTimeline {
     /// Reads the entries of a journal, in their order. None where they do not begin with a header.
-    pub fn of(entries: impl IntoIterator<Item = Entry>) -> Option<Told> {
+    pub fn of(entries: impl IntoIterator<Item = Entry>) -> Option<SessionTimeline> {
         let mut entries = entries.into_iter();
         let first = entries.next()?;
         let Record::Header(header) = first.record else { return None };
-        let mut told =
-            Told { header, kind: first.kind, stimuli: Vec::new(), spans: Vec::new(), marks: Vec::new(), end_s: 0.0 };
+        let mut timeline = SessionTimeline {
+            header,
+            kind: first.kind,
+            stimuli: Vec::new(),
+            spans: Vec::new(),
+            marks: Vec::new(),
+            end_s: 0.0,
+        };
         let mut planned = Vec::new();
         let mut open: Vec<(Lane, f64, String)> = Vec::new();
         for entry in entries {
             let at_s = entry.t_ns as f64 / 1e9;
-            told.end_s = told.end_s.max(at_s);
+            timeline.end_s = timeline.end_s.max(at_s);
             let said = match entry.record {
                 Record::Stimulus(s) => {
-                    told.stimuli.push(s);
+                    timeline.stimuli.push(s);
                     None
                 }
                 Record::Planned(p) => {
@@ -95,19 +101,19 @@ impl Told {
                     None
                 }
                 Record::Phase(p) => {
-                    told.begin(&mut open, Lane::Phase, at_s, p.phase);
+                    timeline.begin(&mut open, Lane::Phase, at_s, p.phase);
                     None
                 }
                 Record::Pause(p) => {
-                    told.begin(&mut open, Lane::Pause, at_s, format!("pause: {}", p.reason));
+                    timeline.begin(&mut open, Lane::Pause, at_s, format!("pause: {}", p.reason));
                     None
                 }
                 Record::Continue(_) => {
-                    told.finish(&mut open, Lane::Pause, at_s);
+                    timeline.finish(&mut open, Lane::Pause, at_s);
                     None
                 }
                 Record::Presentation(p) => {
-                    told.show(&planned, &p);
+                    timeline.show(&planned, &p);
                     None
                 }
                 Record::Answer(a) => {
@@ -116,8 +122,15 @@ impl Told {
                     let counts = if a.counts { "" } else { ", does not count" };
                     let (stimulus, reference) = (None, None);
                     let panel = format!("{label}: the panel");
-                    told.spans.push(Span { from_s, to_s: at_s, lane: Lane::Panel, label: panel, stimulus, reference });
-                    let choice = told.choice(&planned, a.presentation, a.choice);
+                    timeline.spans.push(Span {
+                        from_s,
+                        to_s: at_s,
+                        lane: Lane::Panel,
+                        label: panel,
+                        stimulus,
+                        reference,
+                    });
+                    let choice = timeline.choice(&planned, a.presentation, a.choice);
                     Some(("answer", format!("{label}: {choice}{counts}")))
                 }
                 Record::Interrupted(i) => {
@@ -133,15 +146,15 @@ impl Told {
                 )),
                 _ => None,
             };
-            told.marks.extend(said.map(|(what, label)| Mark { at_s, what, label }));
+            timeline.marks.extend(said.map(|(what, label)| Mark { at_s, what, label }));
         }
-        let end_s = told.end_s;
+        let end_s = timeline.end_s;
         for lane in [Lane::Phase, Lane::Pause] {
-            told.finish(&mut open, lane, end_s);
+            timeline.finish(&mut open, lane, end_s);
         }
-        told.spans.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-        told.marks.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-        Some(told)
+        timeline.spans.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+        timeline.marks.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        Some(timeline)
     }
 
     fn begin(&mut self, open: &mut Vec<(Lane, f64, String)>, lane: Lane, at_s: f64, label: String) {
@@ -221,15 +234,15 @@ mod tests {
 
     #[test]
     fn a_session_is_told_in_order() {
-        let told = Told::of(entries(records())).expect("a header");
-        assert_eq!(told.stimuli.len(), 2);
-        let stimuli: Vec<_> = told.spans.iter().filter(|s| s.lane == Lane::Stimulus).collect();
+        let timeline = SessionTimeline::of(entries(records())).expect("a header");
+        assert_eq!(timeline.stimuli.len(), 2);
+        let stimuli: Vec<_> = timeline.spans.iter().filter(|s| s.lane == Lane::Stimulus).collect();
         // Presentation 0 shows the method as A, presentation 1 the other.
         assert_eq!(stimuli.iter().map(|s| s.stimulus).collect::<Vec<_>>(), [Some(0), Some(1)]);
         assert_eq!(stimuli[0].label, "trial 0: pica by sssr (A)");
-        let answers: Vec<_> = told.marks.iter().filter(|m| m.what == "answer").map(|m| m.label.as_str()).collect();
+        let answers: Vec<_> = timeline.marks.iter().filter(|m| m.what == "answer").map(|m| m.label.as_str()).collect();
         assert_eq!(answers, ["trial 0: the method (3)", "trial 1: the other (1)"]);
-        assert!(told.marks.iter().any(|m| m.what == "end" && m.label.starts_with("completed")));
-        assert!(Told::of(Vec::new()).is_none());
+        assert!(timeline.marks.iter().any(|m| m.what == "end" && m.label.starts_with("completed")));
+        assert!(SessionTimeline::of(Vec::new()).is_none());
     }
 }

@@ -11,20 +11,20 @@ use super::{Loading, Scene, SceneError, load_with};
 const MOST: usize = 8;
 
 /// A scene, and the name under which it was asked for.
-type Named = (String, Arc<Scene>);
+type NamedScene = (String, Arc<Scene>);
 
 /// See the module's documentation. A clone shares the same scenes.
 #[derive(Debug, Clone, Default)]
-pub struct Shelf {
+pub struct SceneCache {
     loading: Loading,
     /// The most recently used scene is last.
-    scenes: Rc<RefCell<Vec<Named>>>,
+    scenes: Rc<RefCell<Vec<NamedScene>>>,
 }
 
-impl Shelf {
-    /// An empty shelf, whose scenes will be loaded with these options.
-    pub fn new(loading: Loading) -> Shelf {
-        Shelf { loading, scenes: Rc::default() }
+impl SceneCache {
+    /// An empty cache, whose scenes will be loaded with these options.
+    pub fn new(loading: Loading) -> SceneCache {
+        SceneCache { loading, scenes: Rc::default() }
     }
 
     /// The scene that is kept under this name, or else the result of [`load_with`].
@@ -53,16 +53,16 @@ mod tests {
 
     #[test]
     fn a_scene_is_loaded_once_and_the_oldest_goes_first() {
-        let shelf = Shelf::new(Loading { detail: Some(0.01), ..Loading::default() });
-        let first = shelf.load("room").expect("built in");
-        assert!(Arc::ptr_eq(&first, &shelf.clone().load("room").expect("built in")));
-        assert!(shelf.load("nowhere").is_err(), "what cannot be loaded is no scene");
-        // Names beyond the shelf's capacity push out those that were used before them.
+        let scene_cache = SceneCache::new(Loading { detail: Some(0.01), ..Loading::default() });
+        let first = scene_cache.load("room").expect("built in");
+        assert!(Arc::ptr_eq(&first, &scene_cache.clone().load("room").expect("built in")));
+        assert!(scene_cache.load("nowhere").is_err(), "what cannot be loaded is no scene");
+        // Names beyond the cache's capacity push out those that were used before them.
         let names: Vec<String> = (0..MOST).map(|i| format!("other {i}")).collect();
-        shelf.scenes.borrow_mut().splice(0..0, names[1..].iter().map(|name| (name.clone(), Arc::clone(&first))));
-        assert_eq!(shelf.scenes.borrow().len(), MOST);
-        shelf.load("pica").expect("built in");
-        let kept: Vec<String> = shelf.scenes.borrow().iter().map(|(name, _)| name.clone()).collect();
+        scene_cache.scenes.borrow_mut().splice(0..0, names[1..].iter().map(|name| (name.clone(), Arc::clone(&first))));
+        assert_eq!(scene_cache.scenes.borrow().len(), MOST);
+        scene_cache.load("pica").expect("built in");
+        let kept: Vec<String> = scene_cache.scenes.borrow().iter().map(|(name, _)| name.clone()).collect();
         assert_eq!(kept.len(), MOST);
         assert_eq!((kept[0].as_str(), kept[MOST - 2].as_str(), kept[MOST - 1].as_str()), ("other 2", "room", "pica"));
     }

@@ -1,5 +1,5 @@
 //! Computes what a row of a sheet shows: a method's pictures, how far they are from the reference, and how far one eye
-//! is from the other. A method's [`Frame`] goes into the [`Truth`]; [`Seen`] and [`Scores`] come out.
+//! is from the other. A method's [`Frame`] goes into the [`Truth`]; [`ComparedFrame`] and [`Scores`] come out.
 
 use super::canvas::Rect;
 use crate::metrics::{Ssim, errors, luminance, mean, tone};
@@ -32,7 +32,7 @@ pub struct Truth<'a> {
 }
 
 /// A method's frame, and how it compares with the reference.
-pub struct Seen {
+pub struct ComparedFrame {
     frame: Frame,
     /// The composite as sRGB values in [0, 1].
     pub shown: [Vec<[f32; 3]>; 2],
@@ -52,7 +52,7 @@ pub struct Scores {
     pub dissimilarity: [Option<f64>; 2],
     /// The relative squared error of the reflection by eye, over the pixels that trace.
     pub rse: [Option<f64>; 2],
-    /// The mean of [`Seen::contrast`] over the part's pairs.
+    /// The mean of [`ComparedFrame::contrast`] over the part's pairs.
     pub contrast: Option<f64>,
     pub pairs: usize,
 }
@@ -71,35 +71,35 @@ impl<'a> Truth<'a> {
         Truth { width, height, exposure, shown, reflection, ssim, traced, pairs, epsilon }
     }
 
-    pub fn see(&self, frame: Frame) -> Seen {
+    pub fn compare(&self, frame: Frame) -> ComparedFrame {
         let shown = frame.composite.eyes().map(|eye| tone::displayed(eye, self.exposure));
-        let mut error: Vec<f32> = (0..self.width * self.height).map(|i| self.off(&shown, 0, i)).collect();
+        let mut error: Vec<f32> = (0..self.width * self.height).map(|i| self.pixel_error(&shown, 0, i)).collect();
         let mut contrast = vec![None; error.len()];
         for &[left, right] in self.pairs {
             let pair = |picture: &StereoPicture| [(0, left), (1, right)].map(|(e, i)| luminance(picture.eyes[e][i]));
             let ([l, r], seen) = (pair(&frame.reflection), pair(&frame.composite));
             contrast[left] = Some(((l - r).abs() / ((seen[0] + seen[1]) / 2.0).max(self.epsilon)) as f32);
-            error[left] = (error[left] + self.off(&shown, 1, right)) / 2.0;
+            error[left] = (error[left] + self.pixel_error(&shown, 1, right)) / 2.0;
         }
-        Seen { frame, shown, contrast, error }
+        ComparedFrame { frame, shown, contrast, error }
     }
 
-    fn off(&self, shown: &[Vec<[f32; 3]>; 2], eye: usize, at: usize) -> f32 {
+    fn pixel_error(&self, shown: &[Vec<[f32; 3]>; 2], eye: usize, at: usize) -> f32 {
         shown[eye][at].iter().zip(self.shown[eye][at]).map(|(x, y)| (x - y).abs()).sum::<f32>() / 3.0
     }
 
     /// The scores of a part in the left eye and of its counterpart in the right eye.
-    pub fn scores(&self, seen: &Seen, parts: [Rect; 2]) -> Scores {
+    pub fn scores(&self, compared: &ComparedFrame, parts: [Rect; 2]) -> Scores {
         let of = |eye: usize| {
             let mask: Vec<bool> = self.mask(parts[eye]).iter().zip(&self.traced[eye]).map(|(m, t)| *m && *t).collect();
-            let reflection = &seen.frame.reflection.eyes[eye];
+            let reflection = &compared.frame.reflection.eyes[eye];
             let shown = tone::displayed(reflection, self.exposure);
             let ssim = self.ssim[eye].as_ref().and_then(|s| s.over(&shown, &mask));
             (ssim.map(|s| 1.0 - s), errors(reflection, &self.reflection.eyes[eye], &mask).and_then(|e| e.rse))
         };
         let eyes = [of(0), of(1)];
         let mask = self.mask(parts[0]);
-        let known = || seen.contrast.iter().zip(&mask).filter(|(_, m)| **m).filter_map(|(c, _)| *c);
+        let known = || compared.contrast.iter().zip(&mask).filter(|(_, m)| **m).filter_map(|(c, _)| *c);
         Scores {
             dissimilarity: eyes.map(|e| e.0),
             rse: eyes.map(|e| e.1),
@@ -134,10 +134,10 @@ impl<'a> Truth<'a> {
     }
 }
 
-impl Seen {
+impl ComparedFrame {
     /// How much better another frame is at each pixel of the left eye: by how much less the eyes differ (contrast, at
     /// most 1), plus by how much it is nearer to the reference (sRGB values).
-    pub fn change_to(&self, other: &Seen) -> Vec<f32> {
+    pub fn change_to(&self, other: &ComparedFrame) -> Vec<f32> {
         let contrast = |c: Option<f32>| c.unwrap_or(0.0).min(1.0);
         let contrasts = self.contrast.iter().zip(&other.contrast).map(|(a, b)| contrast(*a) - contrast(*b));
         contrasts.zip(self.error.iter().zip(&other.error)).map(|(c, (a, b))| c + a - b).collect()
@@ -167,15 +167,15 @@ mod tests {
         let part = Rect { x: 8, y: 4, width: 8, height: 8 };
         let other = truth.counterpart(part, 1);
         assert_eq!(other, Rect { x: 1, ..part });
-        let same = truth.scores(&truth.see(frame(1.0)), [part, other]);
+        let same = truth.scores(&truth.compare(frame(1.0)), [part, other]);
         assert!(same.dissimilarity.iter().flatten().all(|d| d.abs() < 1e-12) && same.rse == [Some(0.0); 2]);
         assert_eq!((same.contrast, same.pairs), (Some(0.0), 64));
         // |1 − 0.5| / 0.75
-        let dark = truth.see(frame(0.5));
+        let dark = truth.compare(frame(0.5));
         let scores = truth.scores(&dark, [part, other]);
         assert!((scores.contrast.expect("pairs") - 2.0 / 3.0).abs() < 1e-6);
         assert!(scores.rse[0] == Some(0.0) && scores.rse[1] > Some(0.1));
-        let change = dark.change_to(&truth.see(frame(1.0)));
+        let change = dark.change_to(&truth.compare(frame(1.0)));
         assert_eq!(change[0], 0.0, "no partner and no error");
         assert!(change[part.y * W + part.x] > 0.66);
     }

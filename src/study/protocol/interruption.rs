@@ -2,13 +2,13 @@
 
 use cyclopean_analysis::journal::record::{End, Interrupted, Missing, Outcome, Pause, Purpose, Record, Skip};
 
-use super::machine::{AfterBlank, Clock, Current, Machine, State, UNSEEN_PAUSE_NS};
+use super::machine::{AfterBlank, Clock, CurrentAttempt, Machine, State, UNSEEN_PAUSE_NS};
 use super::{Action, Page, Screen};
 
 impl Machine {
     /// Cuts off the attempt that is under way, if there is one. Its presentation will be the next to be shown.
     pub(super) fn interrupt(&mut self, reason: &str, out: &mut Vec<Action>) {
-        if let Some(Current { presentation, attempt, .. }) = self.current.take() {
+        if let Some(CurrentAttempt { presentation, attempt, .. }) = self.current.take() {
             self.queue.interrupted(presentation);
             let reason = reason.to_owned();
             out.push(Action::Write(Record::Interrupted(Interrupted { presentation, attempt, reason })));
@@ -66,7 +66,7 @@ impl Machine {
             State::Page(Page::Consent) | State::Fresh | State::Paused { .. } | State::Over => {}
             State::Page(page) => {
                 out.push(write(page.phase()));
-                self.turn(page, now_ns, out);
+                self.leave_page(page, now_ns, out);
             }
             State::Item(at) => {
                 out.push(write(self.setup.items[at].questionnaire));
@@ -77,7 +77,7 @@ impl Machine {
                 self.next_stage(now_ns, out);
             }
             State::Blank { .. } | State::Showing { .. } | State::Panel { .. } => {
-                let Some(Current { presentation, .. }) = self.current else { return };
+                let Some(CurrentAttempt { presentation, .. }) = self.current else { return };
                 out.push(write("presentation"));
                 self.interrupt("skip", out);
                 self.queue.drop_front();

@@ -2,7 +2,7 @@
 //! both over the baseline's. A reader can choose the percentage, which is the method's knob, by this drawing.
 
 use super::axis::Axis;
-use super::draw::{Dash, Name, Sign, bar, level, line, mark, names, number, open, polyline, text};
+use super::draw::{Dash, LegendEntry, LegendMark, bar, level, line, mark, names, number, open, polyline, text};
 use super::family::Family;
 use crate::compare::report::{Row, SceneReport};
 
@@ -167,12 +167,12 @@ fn panel(
     line(out, "axis", (LEFT, bottom), (right, bottom));
     line(out, "axis", (LEFT, top), (LEFT, bottom));
     line(out, "axis", (LEFT, y.at(1.0)), (right, y.at(1.0)));
-    let mut all = vec![Name { from: (right, y.at(1.0)), sign: Sign::Plain, words: baseline.to_owned() }];
+    let mut all = vec![LegendEntry { from: (right, y.at(1.0)), sign: LegendMark::Plain, words: baseline.to_owned() }];
     for c in curves {
         for l in &c.levels {
             line(out, &level(c.index, l.dash), (LEFT, y.at(l.value)), (right, y.at(l.value)));
             let words = c.name.map_or_else(|| l.method.clone(), |name| format!("{name}, {}", l.method));
-            all.push(Name { from: (right, y.at(l.value)), sign: Sign::Level(c.index, l.dash), words });
+            all.push(LegendEntry { from: (right, y.at(l.value)), sign: LegendMark::Level(c.index, l.dash), words });
         }
     }
     for c in curves {
@@ -187,7 +187,7 @@ fn panel(
         }
         if let Some(from) = points.last() {
             let words = c.name.map_or_else(|| family.to_owned(), str::to_owned);
-            all.push(Name { from: *from, sign: Sign::Mark(c.index), words });
+            all.push(LegendEntry { from: *from, sign: LegendMark::Mark(c.index), words });
         }
     }
     names(out, all, right, top, bottom);

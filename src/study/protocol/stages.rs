@@ -2,7 +2,7 @@
 
 use cyclopean_analysis::journal::record::{Begin, Outcome, Phase, Purpose, Record};
 
-use super::machine::{AfterBlank, Current, Machine, State};
+use super::machine::{AfterBlank, CurrentAttempt, Machine, State};
 use super::setup::Stage;
 use super::timing::Timing;
 use super::{Action, Page, Screen};
@@ -19,7 +19,7 @@ impl Machine {
     }
 
     /// Goes on after the participant has left a page.
-    pub(super) fn turn(&mut self, page: Page, now_ns: u64, out: &mut Vec<Action>) {
+    pub(super) fn leave_page(&mut self, page: Page, now_ns: u64, out: &mut Vec<Action>) {
         match page {
             Page::Consent | Page::Instructions | Page::Thanks => self.next_stage(now_ns, out),
             Page::Break => {
@@ -94,7 +94,7 @@ impl Machine {
             out.push(Action::Sync);
             self.show_page(Page::Break, out);
         } else if let Some((presentation, attempt)) = self.queue.begin() {
-            self.current = Some(Current { presentation, attempt, valid: false });
+            self.current = Some(CurrentAttempt { presentation, attempt, valid: false });
             // The journal is synced during the blank frame, so that no disk delays a stimulus.
             out.extend([Action::Write(Record::Begin(Begin { presentation, attempt })), Action::Sync]);
             if self.setup.blank_frames > 0 {

@@ -23,7 +23,7 @@ pub(super) fn regularity(times_ns: &[i64]) -> Option<(f64, f64)> {
 
 /// Statistics of the frames given to the runtime.
 #[derive(Debug, Clone, Default)]
-pub struct Pace {
+pub struct FrameStatistics {
     /// Frames given to the runtime.
     pub frames: u64,
     /// Frames among them without layers, because `shouldRender` was false or nothing was visible.
@@ -38,33 +38,33 @@ pub struct Pace {
     pub missed_by_us: u64,
     /// From `xrBeginFrame`'s return to the call of `xrEndFrame`, as a share of the period.
     shares: Vec<f32>,
-    last: Option<Last>,
+    last: Option<LastFrame>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Last {
+struct LastFrame {
     at_ns: i64,
-    ours_ns: u64,
+    busy_ns: u64,
     is_stimulus: bool,
 }
 
 /// One frame that was given to the runtime.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Given {
+pub(super) struct SubmittedFrame {
     /// Predicted display time, on the runtime's clock.
     pub at_ns: i64,
     pub period_ns: i64,
     /// From `xrBeginFrame`'s return to the call of `xrEndFrame`.
     pub drawing_ns: u64,
     /// From `xrWaitFrame`'s return to that of `xrEndFrame`; this includes the session's work.
-    pub ours_ns: u64,
+    pub busy_ns: u64,
     pub is_empty: bool,
     /// Whether the frame shows a picture of the study.
     pub is_stimulus: bool,
 }
 
-impl Pace {
-    pub(super) fn add(&mut self, frame: Given) {
+impl FrameStatistics {
+    pub(super) fn add(&mut self, frame: SubmittedFrame) {
         let period = frame.period_ns.max(1);
         self.frames += 1;
         self.empty += u64::from(frame.is_empty);
@@ -75,11 +75,11 @@ impl Pace {
             self.missed += missed;
             if last.is_stimulus {
                 self.missed_in_stimuli += missed;
-                self.missed_by_us += if last.ours_ns > period as u64 { missed } else { 0 };
+                self.missed_by_us += if last.busy_ns > period as u64 { missed } else { 0 };
             }
         }
-        let Given { at_ns, ours_ns, is_stimulus, .. } = frame;
-        self.last = Some(Last { at_ns, ours_ns, is_stimulus });
+        let SubmittedFrame { at_ns, busy_ns, is_stimulus, .. } = frame;
+        self.last = Some(LastFrame { at_ns, busy_ns, is_stimulus });
     }
 
     /// Starts anew: the next frame does not follow the last one, because the session stood still.
@@ -127,20 +127,23 @@ mod tests {
 
     #[test]
     fn misses_are_counted_and_ours_told_apart() {
-        let mut pace = Pace::default();
-        let frame = |at_ns, ours_ns| Given {
+        let mut statistics = FrameStatistics::default();
+        let frame = |at_ns, busy_ns| SubmittedFrame {
             at_ns,
             period_ns: 10,
             drawing_ns: 1,
-            ours_ns,
+            busy_ns,
             is_empty: false,
             is_stimulus: at_ns != 30,
         };
         for given in [frame(0, 2), frame(10, 2), frame(30, 25), frame(51, 2), frame(60, 25), frame(80, 2)] {
-            pace.add(given);
+            statistics.add(given);
         }
-        assert_eq!((pace.frames, pace.missed, pace.missed_in_stimuli, pace.missed_by_us), (6, 3, 2, 1));
-        assert!((pace.share(0.5).unwrap() - 0.1).abs() < 1e-6);
+        assert_eq!(
+            (statistics.frames, statistics.missed, statistics.missed_in_stimuli, statistics.missed_by_us),
+            (6, 3, 2, 1)
+        );
+        assert!((statistics.share(0.5).unwrap() - 0.1).abs() < 1e-6);
         let (hz, sd) = regularity(&[0, 10_000_000, 20_000_000, 30_000_000]).unwrap();
         assert!((hz - 100.0).abs() < 1e-9 && sd < 1e-9);
         assert!(regularity(&[0, 10]).is_none());

@@ -27,7 +27,7 @@ const STEEPEST: f64 = 1.5;
 
 /// The position of the camera and the direction in which it looks.
 #[derive(Debug, Clone)]
-pub struct Fly {
+pub struct FlyCamera {
     view: View,
     /// Angles to the left and up, radians.
     yaw: f64,
@@ -36,11 +36,11 @@ pub struct Fly {
     pub is_fast: bool,
 }
 
-impl Fly {
-    pub fn new(view: &View) -> Fly {
+impl FlyCamera {
+    pub fn new(view: &View) -> FlyCamera {
         let ahead = view.world_from_view * DVec3::NEG_Z;
         let (yaw, pitch) = ((-ahead.x).atan2(-ahead.z), ahead.y.clamp(-1.0, 1.0).asin());
-        Fly { view: view.clone(), yaw, pitch, held: BTreeSet::new(), is_fast: false }
+        FlyCamera { view: view.clone(), yaw, pitch, held: BTreeSet::new(), is_fast: false }
     }
 
     pub fn hold(&mut self, direction: Direction, is_held: bool) {
@@ -51,7 +51,7 @@ impl Fly {
         };
     }
 
-    pub fn let_go(&mut self) {
+    pub fn release_all(&mut self) {
         self.held.clear();
     }
 
@@ -95,16 +95,16 @@ mod tests {
             cant_rad: 0.0,
             near_m: 0.1,
         };
-        let mut fly = Fly::new(&view);
-        fly.turn([0.0, 0.0]);
-        assert!(fly.view().world_from_view.angle_between(view.world_from_view) < 1e-6);
-        assert!(!fly.step(1.0));
-        fly.hold(Direction::Forward, true);
-        assert!(fly.step(2.0));
+        let mut camera = FlyCamera::new(&view);
+        camera.turn([0.0, 0.0]);
+        assert!(camera.view().world_from_view.angle_between(view.world_from_view) < 1e-6);
+        assert!(!camera.step(1.0));
+        camera.hold(Direction::Forward, true);
+        assert!(camera.step(2.0));
         let ahead = view.world_from_view * DVec3::NEG_Z;
-        assert!((fly.view().position - 2.0 * ahead).length() < 1e-9);
-        fly.turn([400.0, -9000.0]);
-        let right = fly.view().world_from_view * DVec3::X;
+        assert!((camera.view().position - 2.0 * ahead).length() < 1e-9);
+        camera.turn([400.0, -9000.0]);
+        let right = camera.view().world_from_view * DVec3::X;
         assert!(right.y.abs() < 1e-9, "the horizon stays level");
     }
 }
