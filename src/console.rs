@@ -78,11 +78,6 @@ impl Console {
         Console { json }
     }
 
-    /// Whether `--json` was given. Then exactly one object goes to standard output.
-    pub fn is_json(&self) -> bool {
-        self.json
-    }
-
     /// Prints a line of the result for people. Prints nothing with `--json`.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.json {
