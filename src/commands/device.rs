@@ -67,7 +67,8 @@ pub fn size_or_default(gpu: &Gpu, size: Option<Size>, console: &Console) -> Size
 /// note says.
 pub fn samples_or_default(gpu: &Gpu, method: Method, samples: Option<u32>, console: &Console) -> Method {
     let untold = samples.is_none() && method.samples() == 1024;
-    if untold && gpu.is_cpu() && method.parts().answer == HitSource::PathTraced && !method.parts().resolved {
+    if untold && gpu.is_cpu() && method.technique().hit_source == HitSource::PathTraced && !method.technique().resolved
+    {
         console.note(format!("{} is a software device: 64 paths a pixel (--spp changes it)", gpu.info().name));
         return method.with_samples(Some(64));
     }

@@ -3,25 +3,25 @@
 //! every method as well.
 
 mod ao;
-mod parts;
 mod table;
+mod technique;
 
 use std::fmt;
 
 pub use ao::Ao;
-pub use parts::{
-    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Parts, Reprojection, Reuse, Temporal, Traversal,
-};
 use table::{METHODS, RECOMMENDED_WITH_RAY_QUERIES, RECOMMENDED_WITHOUT_RAY_QUERIES};
+pub use technique::{
+    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Reprojection, Reuse, Technique, Temporal, Traversal,
+};
 
 /// A way to answer reflection rays, together with its number of rays. `NAME@N` is NAME with N rays a pixel, which are
 /// mixed in one ratio estimator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
-    base: &'static Parts,
-    /// The percentage of the method's [`NamePercentage`], in thousandths of a per cent. `None`: the knob's default, or there is
-    /// no knob.
-    knob: Option<u32>,
+    base: &'static Technique,
+    /// What the percentage in the name sets ([`NamePercentage`]), in thousandths of a per cent. `None`: the name has no
+    /// percentage, so that the default holds where there is one.
+    percentage: Option<u32>,
     /// Rays (of a path tracer: paths) a pixel. `None`: the method's default.
     samples: Option<u32>,
 }
@@ -30,13 +30,13 @@ pub struct Method {
 #[derive(Debug, thiserror::Error)]
 #[error(
     "unknown method `{name}`; known: {known}. Each may be written NAME@N, with N rays a pixel (1 to 65536), and \
-     {knobs} also NAME-P, with a percentage P from 0 to 100"
+     {with_percentage} also NAME-P, with a percentage P from 0 to 100"
 )]
 pub struct UnknownMethod {
     pub name: String,
     pub known: String,
     /// The methods whose name may end in a percentage.
-    pub knobs: String,
+    pub with_percentage: String,
 }
 
 impl Method {
@@ -48,7 +48,7 @@ impl Method {
         let unknown = || UnknownMethod {
             name: text.to_owned(),
             known: Method::names().join(", "),
-            knobs: Method::names_with_percentage().join(", "),
+            with_percentage: Method::names_with_percentage().join(", "),
         };
         // The count may also stand before this suffix: path-traced@2-resolved.
         let suffix = "-resolved";
@@ -65,17 +65,17 @@ impl Method {
             }
         };
         if let Some(base) = METHODS.iter().find(|b| b.name == name) {
-            return Ok(Method { base, knob: None, samples: count });
+            return Ok(Method { base, percentage: None, samples: count });
         }
         let (stem, percent) = name.rsplit_once('-').ok_or_else(unknown)?;
-        let base = METHODS.iter().find(|b| b.name == stem && b.knob.is_some()).ok_or_else(unknown)?;
+        let base = METHODS.iter().find(|b| b.name == stem && b.percentage.is_some()).ok_or_else(unknown)?;
         // Only what `Display` would write is taken: digits and at most one point, and no `1e1`.
         let digits = percent.chars().all(|c| c.is_ascii_digit() || c == '.');
         let percent: f64 = percent.parse().ok().filter(|_| digits).ok_or_else(unknown)?;
         if !(0.0..=100.0).contains(&percent) {
             return Err(unknown());
         }
-        Ok(Method { base, knob: Some((percent * 1000.0).round() as u32), samples: count })
+        Ok(Method { base, percentage: Some((percent * 1000.0).round() as u32), samples: count })
     }
 
     /// The method that this one stands for on a device; itself, except for `recommended`. Where ray queries are fast,
@@ -94,8 +94,8 @@ impl Method {
     /// The share of the lost rays that may ask the scene's geometry, 0–1 in steps of 1/255. It is 0 for methods whose
     /// rays never ask it.
     pub fn lost_share(&self) -> f32 {
-        match self.base.knob {
-            Some(NamePercentage::LostRays) => (self.knob_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
+        match self.base.percentage {
+            Some(NamePercentage::LostRays) => (self.percentage_value() as f32 / 100_000.0 * 255.0).round() / 255.0,
             _ => 0.0,
         }
     }
@@ -103,11 +103,11 @@ impl Method {
     /// The smallest Weber contrast between the eyes at which a pixel uses the other eye. `None`: the method has no such
     /// threshold.
     pub fn weber_share(&self) -> Option<f32> {
-        (self.base.knob == Some(NamePercentage::Weber)).then(|| self.knob_value() as f32 / 100_000.0)
+        (self.base.percentage == Some(NamePercentage::Weber)).then(|| self.percentage_value() as f32 / 100_000.0)
     }
 
-    fn knob_value(&self) -> u32 {
-        self.knob.or_else(|| self.base.knob.map(NamePercentage::default_value)).unwrap_or(0)
+    fn percentage_value(&self) -> u32 {
+        self.percentage.or_else(|| self.base.percentage.map(NamePercentage::default_value)).unwrap_or(0)
     }
 
     /// The names of all methods, without `@N`.
@@ -117,7 +117,7 @@ impl Method {
 
     /// The names that may end in a percentage.
     pub fn names_with_percentage() -> Vec<&'static str> {
-        METHODS.iter().filter(|b| b.knob.is_some()).map(|b| b.name).collect()
+        METHODS.iter().filter(|b| b.percentage.is_some()).map(|b| b.name).collect()
     }
 
     /// The name and the description of each method.
@@ -147,8 +147,8 @@ impl Method {
         Some(Method { base, ..self.clone() })
     }
 
-    /// The parts that the method is made of.
-    pub fn parts(&self) -> &'static Parts {
+    /// The choices that the method is made of.
+    pub fn technique(&self) -> &'static Technique {
         self.base
     }
 
@@ -161,7 +161,7 @@ impl Method {
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.base.name)?;
-        if let Some(thousandths) = self.knob {
+        if let Some(thousandths) = self.percentage {
             write!(f, "-{}", f64::from(thousandths) / 1000.0)?;
         }
         match self.samples {
@@ -210,7 +210,7 @@ mod tests {
         let recommended = Method::parse("recommended@2").expect("known");
         for fast in [false, true] {
             let taken = recommended.on(fast);
-            assert!(!taken.parts().chosen_by_device && taken.samples() == 2, "{taken}");
+            assert!(!taken.technique().chosen_by_device && taken.samples() == 2, "{taken}");
         }
         let other = Method::parse("sssr@4").expect("known");
         assert_eq!(other.on(true), other);
@@ -228,18 +228,18 @@ mod tests {
     fn the_worked_example_of_the_page_is_a_method() {
         use super::table::SSSR;
         #[rustfmt::skip]
-        const ROWS: &[Parts] = &[
-            Parts {
+        const ROWS: &[Technique] = &[
+            Technique {
                 name: "sssr-narrow",
                 about: "the baseline with 9 pixels of spatial reuse instead of 25",
                 reuse_radius_squared: Some(2),
                 ..SSSR
             },
         ];
-        let method = Method { base: &ROWS[0], knob: None, samples: Some(2) };
-        assert_eq!((method.to_string().as_str(), method.parts().reuse_radius_squared), ("sssr-narrow@2", Some(2)));
+        let method = Method { base: &ROWS[0], percentage: None, samples: Some(2) };
+        assert_eq!((method.to_string().as_str(), method.technique().reuse_radius_squared), ("sssr-narrow@2", Some(2)));
         assert!(Method::names().iter().all(|name| *name != ROWS[0].name), "the page's example is a method by now");
-        assert!(!method.parts().about.is_empty());
+        assert!(!method.technique().about.is_empty());
     }
 
     #[test]

@@ -1,15 +1,15 @@
 //! The table of all methods, one row each. `super` looks names up in it. docs/contributing.md says how to add a method.
-//! The renderer's hash of a picture covers every field of a row, the description included.
+//! The renderer's hash of a picture covers every field of a row but the description.
 
-use super::parts::{
-    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Parts, Reprojection, Reuse, Temporal, Traversal,
+use super::technique::{
+    Accumulation, Blend, HistorySource, HitSource, NamePercentage, Reprojection, Reuse, Technique, Temporal, Traversal,
 };
 
 /// The baseline. The rows of the other methods say where they differ from another row.
-pub(super) const SSSR: Parts = Parts {
+pub(super) const SSSR: Technique = Technique {
     name: "sssr",
     about: "stochastic screen-space reflections, each eye for itself (the baseline)",
-    answer: HitSource::ScreenSpace,
+    hit_source: HitSource::ScreenSpace,
     back_faces: true,
     camera_rays: true,
     traversal: Traversal::OwnEye,
@@ -22,7 +22,7 @@ pub(super) const SSSR: Parts = Parts {
     shared_noise: false,
     reuse_radius_squared: None,
     reuse: None,
-    knob: None,
+    percentage: None,
     chosen_by_device: false,
     unrelated: false,
     samples: 1,
@@ -34,9 +34,9 @@ const PAPER: Reprojection =
     Reprojection { filling: false, back_check: false, lobe_tolerance: false, blend: Blend::Fixed };
 
 /// The paper's method: all three parts of its §4.
-const STEREO: Parts = Parts {
+const STEREO: Technique = Technique {
     name: "stereo",
-    about: "stereo-consistent: traversal, fade and reprojection know both eyes (the paper's method)",
+    about: "stereo-consistent: traversal, fade and reprojection use both eyes (the paper's method)",
     traversal: Traversal::TwoStages,
     stereo_fade: true,
     reprojection: Some(OURS),
@@ -46,199 +46,199 @@ const STEREO: Parts = Parts {
 const OVER_TIME: Accumulation = Accumulation { weights: None, source: HistorySource::Better };
 
 /// The reference. `path-traced-resolved` differs from it in what is done with the rays.
-const PATH_TRACED: Parts = Parts {
+const PATH_TRACED: Technique = Technique {
     name: "path-traced",
     about: "the reference: rays through the scene's geometry",
-    answer: HitSource::PathTraced,
+    hit_source: HitSource::PathTraced,
     back_faces: false,
     samples: 1024,
     ..SSSR
 };
 
-pub(super) const METHODS: &[Parts] = &[
+pub(super) const METHODS: &[Technique] = &[
     SSSR,
     STEREO,
-    Parts {
+    Technique {
         name: "stereo-no-traversal",
         about: "stereo without the other eye's traversal",
         traversal: Traversal::OwnEye,
         ..STEREO
     },
-    Parts { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
-    Parts {
+    Technique { name: "stereo-no-fade", about: "stereo with each eye's own fade", stereo_fade: false, ..STEREO },
+    Technique {
         name: "stereo-no-reprojection",
         about: "stereo without reuse between the eyes",
         reprojection: None,
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-one-loop",
         about: "stereo whose rays ask both eyes at every pixel: the oracle of its traversal, slow",
         traversal: Traversal::OneLoop,
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-paper",
-        about: "stereo with the publication's settings: the four below together",
+        about: "stereo with the publication's settings: the five that follow here, together",
         camera_rays: false,
         reprojection: Some(PAPER),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-fixed-tolerance",
-        about: "stereo whose pairs agree to a thousandth, whatever the roughness",
+        about: "stereo whose pairs may reflect points a thousandth of their distance apart, whatever the roughness",
         reprojection: Some(Reprojection { lobe_tolerance: false, ..OURS }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-no-filling",
-        about: "stereo whose pixels that know nothing take nothing from the other eye",
+        about: "stereo whose pixels without a known ray take nothing from the other eye",
         reprojection: Some(Reprojection { filling: false, ..OURS }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-no-back-check",
-        about: "stereo whose pairs need not lead back",
+        about: "stereo that does not check whether the partner leads back to the pixel",
         reprojection: Some(Reprojection { back_check: false, ..OURS }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-no-camera-rays",
         about: "stereo without rays that come back towards the eye",
         camera_rays: false,
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-fixed-blend",
         about: "stereo whose eyes are blended by fixed weights instead of their variances",
         reprojection: Some(Reprojection { blend: Blend::Fixed, ..OURS }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-ratio",
         about: "stereo with the published ratio estimator, whatever --reuse says",
         reuse: Some(Reuse::Ratio),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "sssr-ratio",
         about: "the baseline with the published ratio estimator, whatever --reuse says",
         reuse: Some(Reuse::Ratio),
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "stereo-hybrid",
-        about: "stereo whose lost rays ask the scene's geometry; stereo-hybrid-25 lets 25 % of them ask",
-        knob: Some(NamePercentage::LostRays),
+        about: "stereo whose lost rays ask the scene's geometry; in stereo-hybrid-25 only 25 % of them do",
+        percentage: Some(NamePercentage::LostRays),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "sssr-hybrid",
-        about: "the baseline whose lost rays ask the scene's geometry; sssr-hybrid-25 lets 25 % of them ask",
-        knob: Some(NamePercentage::LostRays),
+        about: "the baseline whose lost rays ask the scene's geometry; in sssr-hybrid-25 only 25 % of them do",
+        percentage: Some(NamePercentage::LostRays),
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "stereo-adaptive",
-        about: "each eye for itself, then stereo work only where the eyes may differ visibly; stereo-adaptive-5: by 5 %",
+        about: "each eye for itself, then stereo work only where the eyes may differ visibly; in stereo-adaptive-5 that is by 5 %",
         traversal: Traversal::OwnEye,
-        knob: Some(NamePercentage::Weber),
+        percentage: Some(NamePercentage::Weber),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "sssr-temporal",
         about: "the baseline, accumulated over frames",
         accumulation: Some(OVER_TIME),
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "stereo-temporal",
         about: "stereo, each eye accumulated over frames before the eyes are blended",
         accumulation: Some(OVER_TIME),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-hybrid-temporal",
-        about: "stereo-hybrid, accumulated likewise; stereo-hybrid-temporal-25 lets 25 % of the lost rays ask",
+        about: "stereo-hybrid, accumulated likewise; in stereo-hybrid-temporal-25 only 25 % of the lost rays ask",
         accumulation: Some(OVER_TIME),
-        knob: Some(NamePercentage::LostRays),
+        percentage: Some(NamePercentage::LostRays),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-temporal-surface",
         about: "stereo-temporal whose history follows the surfaces alone",
         accumulation: Some(Accumulation { source: HistorySource::Surface, ..OVER_TIME }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-temporal-image",
         about: "stereo-temporal whose history follows the virtual images alone",
         accumulation: Some(Accumulation { source: HistorySource::Image, ..OVER_TIME }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-temporal-constant",
         about: "stereo-temporal that takes a tenth of each new frame, whatever --temporal says",
         accumulation: Some(Accumulation { weights: Some(Temporal::Constant), ..OVER_TIME }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "stereo-temporal-clamp",
-        about: "the same with the history clamped to the neighbourhood",
+        about: "stereo-temporal-constant whose history is clamped to the colours in the neighbourhood",
         accumulation: Some(Accumulation { weights: Some(Temporal::Clamp), ..OVER_TIME }),
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "recommended",
-        about: "what measurement says is best on this kind of device; --explain says what it took",
+        about: "the method that measures best on this kind of device; --explain names it",
         chosen_by_device: true,
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "sssr-thickness",
         about: "the baseline without back faces: every mesh is as thick as an open one",
         back_faces: false,
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "sssr-guardband",
         about: "the baseline with a tenth of the view drawn beyond each border",
         guard_band: 100,
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "stereo-guardband",
         about: "stereo with a tenth of the view drawn beyond each border",
         guard_band: 100,
         ..STEREO
     },
-    Parts {
+    Technique {
         name: "sssr-shared-noise",
         about: "the baseline with one random stream for both eyes",
         shared_noise: true,
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "sssr-wide",
         about: "the baseline with 37 pixels of spatial reuse instead of 25",
         reuse_radius_squared: Some(10),
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "one-eye",
         about: "the left eye as in the baseline, the right one reprojected from it",
         reprojection: Some(OURS),
         one_eye: true,
         ..SSSR
     },
-    Parts {
+    Technique {
         name: "unrelated",
-        about: "for catch trials: the right eye's reflections exchanged left and right, so that nothing fits",
+        about: "for catch trials: the right eye's reflections mirrored left to right, which fit nothing in the left eye",
         unrelated: true,
         ..SSSR
     },
     PATH_TRACED,
-    Parts {
+    Technique {
         name: "path-traced-resolved",
         about: "a few of the reference's rays through the baseline's filter (also path-traced@N-resolved)",
         resolved: true,

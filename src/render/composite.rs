@@ -25,7 +25,7 @@ impl CompositePass {
         needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
     ) -> Result<CompositePass, GpuError> {
-        let specialization = [u32::from(needs.rays), 1, u32::from(method.parts().unrelated), settings.antialias];
+        let specialization = [u32::from(needs.rays), 1, u32::from(method.technique().unrelated), settings.antialias];
         let words = shaders::COMPOSITE_COMP.words();
         Ok(CompositePass { pass: ComputePass::new(gpu, "composite", &words, &specialization)? })
     }

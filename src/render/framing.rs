@@ -19,16 +19,16 @@ pub struct Framing {
 
 impl Framing {
     pub fn of(method: &Method, settings: &Settings) -> Framing {
-        let parts = method.parts();
+        let technique = method.technique();
         let shown = [settings.width, settings.height];
         // The band is even, because a device computes derivatives, and from them a texture's mip level, in squares of 2×2 pixels.
         // An odd band would shift these squares.
         let band = |pixels: u32| {
-            let wanted = (u64::from(pixels) * u64::from(parts.guard_band)).div_ceil(1000) as u32;
+            let wanted = (u64::from(pixels) * u64::from(technique.guard_band)).div_ceil(1000) as u32;
             wanted.next_multiple_of(2)
         };
         let (reuse, firefly) = (settings.reuse(method), settings.firefly(method));
-        Framing { guard: shown.map(band), shared_noise: parts.shared_noise, reuse, firefly, shown }
+        Framing { guard: shown.map(band), shared_noise: technique.shared_noise, reuse, firefly, shown }
     }
 
     /// The settings of what is drawn, from those of what is shown.

@@ -27,15 +27,15 @@ pub fn identity(
         serde_json::json!({ "position": e.position.to_array(), "rotation": e.world_from_view.to_array(), "fov": fov,
                             "near_m": e.near_m })
     });
-    let parts = method.parts();
+    let technique = method.technique();
     // Not with ambient occlusion, which may run shaders of the views.
-    let reference = parts.answer == HitSource::PathTraced && !parts.resolved && settings.ao.is_off();
+    let reference = technique.hit_source == HitSource::PathTraced && !technique.resolved && settings.ao.is_off();
     let mut identity = serde_json::json!({
         "scene": scene.content_sha256,
         "shaders": if reference { shaders::digest_of_reference() } else { shaders::digest() },
         "method": method.to_string(),
-        // What the method's name means in this build.
-        "parts": format!("{:?}", method.parts()),
+        // What the method's name means in this build. Its description is left out.
+        "technique": method.technique(),
         "samples": method.samples(),
         "eyes": eyes,
         "settings": settings,

@@ -86,8 +86,8 @@ impl FrameNeeds {
         });
         let (lost_share, reuse) = (method.lost_share(), settings.reuse(method));
         let weber = method.weber_share();
-        let method = method.parts();
-        let screen = method.answer == HitSource::ScreenSpace;
+        let method = method.technique();
+        let screen = method.hit_source == HitSource::ScreenSpace;
         let resolve = screen || method.resolved;
         let fallback = settings.fallback(scene);
 

@@ -38,15 +38,16 @@ impl ResolvePass {
         needs: &FrameNeeds,
         (settings, method): (&Settings, &Method),
     ) -> Result<ResolvePass, GpuError> {
-        let parts = method.parts();
-        let radius_squared = parts.reuse_radius_squared.unwrap_or(2 * settings.reuse_radius * settings.reuse_radius);
+        let technique = method.technique();
+        let radius_squared =
+            technique.reuse_radius_squared.unwrap_or(2 * settings.reuse_radius * settings.reuse_radius);
         let weber = method.weber_share();
         let specialization = [
             radius_squared,
             u32::from(method.samples() > 1),
             u32::from(needs.pairs),
-            u32::from(parts.one_eye),
-            u32::from(parts.resolved),
+            u32::from(technique.one_eye),
+            u32::from(technique.resolved),
             u32::from(settings.reuse(method) == Reuse::Balance),
             u32::from(needs.geometry),
             u32::from(needs.moments),

@@ -172,12 +172,12 @@ impl Settings {
 
     /// How a method's taps are weighted.
     pub fn reuse(&self, method: &Method) -> Reuse {
-        method.parts().reuse.unwrap_or(self.reuse)
+        method.technique().reuse.unwrap_or(self.reuse)
     }
 
     /// How a method's frames are accumulated; `None`: they are not accumulated.
     pub fn temporal(&self, method: &Method) -> Option<Temporal> {
-        method.parts().accumulation.map(|a| a.weights.unwrap_or(self.temporal))
+        method.technique().accumulation.map(|a| a.weights.unwrap_or(self.temporal))
     }
 
     /// What is done with a method's bright taps.

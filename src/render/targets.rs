@@ -133,13 +133,13 @@ impl Targets {
             false => None,
             true => Some(RayList::new(gpu, texels)?),
         };
-        let parts = method.parts();
+        let technique = method.technique();
         let marched = match needs.screen_space {
             false => None,
             true => Some(MarchImages {
                 back_depth: needs.back_faces.then(|| drawn("back depth", vk::Format::D32_SFLOAT)).transpose()?,
                 pyramid: Image::new(gpu, "depth pyramid", pyramid_desc(w, h))?,
-                retries: RayList::new(gpu, if parts.traversal == Traversal::TwoStages { texels } else { 0 })?,
+                retries: RayList::new(gpu, if technique.traversal == Traversal::TwoStages { texels } else { 0 })?,
                 lost: RayList::new(gpu, if needs.geometry { texels } else { 0 })?,
             }),
         };
@@ -147,7 +147,9 @@ impl Targets {
             false => None,
             true => Some(FilterImages {
                 hits: stereo("hits", vk::Format::R32G32B32A32_UINT)?,
-                ray_radiance: (parts.resolved || needs.geometry).then(|| stereo("ray radiance", rgba16)).transpose()?,
+                ray_radiance: (technique.resolved || needs.geometry)
+                    .then(|| stereo("ray radiance", rgba16))
+                    .transpose()?,
                 pairs: match needs.pairs {
                     false => None,
                     true => Some(BlendImages {

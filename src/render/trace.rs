@@ -23,12 +23,12 @@ impl TracePass {
     /// # Errors
     /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, (settings, method): (&Settings, &Method)) -> Result<TracePass, GpuError> {
-        let parts = method.parts();
-        let fade = u32::from(parts.stereo_fade);
-        let traversal = parts.traversal;
+        let technique = method.technique();
+        let fade = u32::from(technique.stereo_fade);
+        let traversal = technique.traversal;
         let two_stages = traversal == Traversal::TwoStages;
         let lost_share = (method.lost_share() * 255.0).round() as u32;
-        let [camera_rays, one_eye] = [parts.camera_rays, parts.one_eye].map(u32::from);
+        let [camera_rays, one_eye] = [technique.camera_rays, technique.one_eye].map(u32::from);
         // With the published estimator rays are traced as published: each one that goes behind matter goes on in the other eye.
         let by_disparity = u32::from(two_stages && settings.reuse(method) == Reuse::Balance);
         let own = [fade, u32::from(two_stages), camera_rays, one_eye, lost_share, by_disparity];

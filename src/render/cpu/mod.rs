@@ -37,8 +37,8 @@ pub const VERSION: u32 = 2;
 
 /// Whether the processor traces a method's paths, on a device of this kind (see `DeviceInfo::kind`).
 pub fn traces(method: &Method, trace: Trace, device_kind: &str) -> bool {
-    let parts = method.parts();
-    let is_reference = parts.answer == HitSource::PathTraced && !parts.resolved;
+    let technique = method.technique();
+    let is_reference = technique.hit_source == HitSource::PathTraced && !technique.resolved;
     is_reference && is_chosen(trace, device_kind)
 }
 

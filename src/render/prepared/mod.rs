@@ -111,14 +111,14 @@ impl Passes {
             },
             path_rays: rays.filter(|_| needs.resolve).map(|r| PathRaysPass::new(gpu, needs, r)).transpose()?,
             resolve: needs.resolve.then(|| ResolvePass::new(gpu, needs, (settings, method))).transpose()?,
-            accumulate: match (method.parts().accumulation, settings.temporal(method)) {
+            accumulate: match (method.technique().accumulation, settings.temporal(method)) {
                 (Some(how), Some(weights)) if needs.accumulate => {
-                    let finish = method.parts().reprojection.is_none();
+                    let finish = method.technique().reprojection.is_none();
                     Some(AccumulatePass::new(gpu, needs, (how, weights), finish)?)
                 }
                 _ => None,
             },
-            reproject: match method.parts().reprojection {
+            reproject: match method.technique().reprojection {
                 Some(how) if needs.resolve => Some(ReprojectPass::new(gpu, needs, (how, method))?),
                 _ => None,
             },

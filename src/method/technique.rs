@@ -1,8 +1,9 @@
-//! The parts that a method is made of. Each field of [`Parts`] is one choice; `table` fills them in for every method,
+//! The choices that a method is made of. Each field of [`Technique`] is one choice; `table` fills them in for every method,
 //! and the renderer's passes read them.
 
 /// What the percentage at the end of a method's name sets, as in `stereo-hybrid-25`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NamePercentage {
     /// The share of the lost rays that may ask the scene's geometry; 100 by default. At 0 no ray asks it.
     LostRays,
@@ -35,7 +36,8 @@ pub enum Reuse {
 }
 
 /// How the reflected light of the two pixels of a pair is blended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Blend {
     /// By the squared bias and both variances (seed 003, equation 4). This needs the moments that [`Reuse::Balance`]
     /// keeps.
@@ -59,7 +61,8 @@ pub enum Temporal {
 }
 
 /// Where in the last frame the history looks for the reflection that a pixel shows now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum HistorySource {
     /// At both places below. The one that agrees better with the new frame is taken.
     Better,
@@ -70,7 +73,7 @@ pub enum HistorySource {
 }
 
 /// How reflections are accumulated over frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Accumulation {
     /// How much a new frame counts. `None`: as the settings say.
     pub weights: Option<Temporal>,
@@ -78,7 +81,8 @@ pub struct Accumulation {
 }
 
 /// What answers reflection rays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum HitSource {
     /// The depth of the views.
     ScreenSpace,
@@ -87,7 +91,8 @@ pub enum HitSource {
 }
 
 /// How a screen-space ray uses the two views.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Traversal {
     /// It stays in its own eye's view.
     OwnEye,
@@ -100,7 +105,7 @@ pub enum Traversal {
 }
 
 /// Reuse between the eyes (paper §4.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Reprojection {
     /// A pixel whose rays are unknown may take the reflection that the other eye has.
     pub filling: bool,
@@ -112,12 +117,14 @@ pub struct Reprojection {
     pub blend: Blend,
 }
 
-/// The choices that make up a method.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Parts {
+/// The choices that make up a method. As JSON they are part of the hash of every picture (`render::identity`), without the
+/// description.
+#[derive(Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Technique {
     pub(super) name: &'static str,
+    #[serde(skip)]
     pub(super) about: &'static str,
-    pub answer: HitSource,
+    pub hit_source: HitSource,
     /// Whether the thickness of closed meshes is read from their back faces.
     pub back_faces: bool,
     /// Whether rays that come back towards the eye are followed too.
@@ -143,7 +150,7 @@ pub struct Parts {
     /// How taps are weighed. `None`: as the settings say.
     pub reuse: Option<Reuse>,
     /// What a percentage at the end of the name sets. `None`: the name has no percentage.
-    pub knob: Option<NamePercentage>,
+    pub percentage: Option<NamePercentage>,
     /// Whether this method stands for another one that the kind of device decides; see [`super::Method::on`].
     pub chosen_by_device: bool,
     /// Whether the reflections of the right eye are mirrored left to right, so that they do not fit those of the left
