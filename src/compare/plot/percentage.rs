@@ -1,5 +1,5 @@
 //! Draws a family of methods against the percentage in its names: the time that it takes and the errors that are left,
-//! both over the baseline's. A reader can choose the percentage, which is the method's knob, by this drawing.
+//! both over the baseline's. A reader can choose the percentage by this drawing.
 
 use super::axis::Axis;
 use super::draw::{Dash, LegendEntry, LegendMark, bar, level, line, mark, names, number, open, polyline, text};
