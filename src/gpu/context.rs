@@ -14,6 +14,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 
 use super::create::text;
+use super::pipelines::Pipelines;
 use super::ray_tracing::{EXTENSIONS, RayTracing};
 use super::{Called, Creator, GpuError};
 
@@ -57,6 +58,7 @@ pub struct Gpu {
     pub(super) timestamp_period_ns: f32,
     pub(super) physical: vk::PhysicalDevice,
     pub(super) pipeline_cache: vk::PipelineCache,
+    pub(super) pipelines: Pipelines,
     pub(super) limits: vk::PhysicalDeviceLimits,
     ray_tracing: Option<RayTracing>,
     info: DeviceInfo,
@@ -137,6 +139,7 @@ impl Gpu {
             timestamp_period_ns: properties.limits.timestamp_period,
             physical,
             pipeline_cache,
+            pipelines: Pipelines::default(),
             limits: properties.limits,
             ray_tracing,
             info,
@@ -257,6 +260,7 @@ impl Drop for Gpu {
             if let Err(error) = self.device.device_wait_idle() {
                 tracing::warn!("the device did not come to rest: {error}");
             }
+            self.pipelines.destroy(&self.device);
             self.device.destroy_pipeline_cache(self.pipeline_cache, None);
             ManuallyDrop::drop(&mut self.allocator);
             self.device.destroy_device(None);

@@ -12,6 +12,7 @@ mod foreign;
 mod frame;
 mod image;
 mod pass;
+mod pipelines;
 mod raster;
 mod ray_tracing;
 mod spirv;

@@ -11,6 +11,7 @@ use std::rc::Rc;
 use ash::vk;
 
 use super::access::Use;
+use super::pipelines::{Pipeline, PipelineKey};
 use super::texture::set_layout;
 use super::{AccelerationStructure, Buffer, Called, Frame, Gpu, GpuError, Image, Sampler};
 
@@ -19,16 +20,8 @@ pub struct ComputePass {
     name: &'static str,
     module: vk::ShaderModule,
     specialization: Vec<u32>,
-    pipeline: OnceCell<Pipeline>,
+    bound: OnceCell<(PipelineKey, Pipeline)>,
     gpu: Rc<Gpu>,
-}
-
-struct Pipeline {
-    kinds: Vec<vk::DescriptorType>,
-    constant_bytes: u32,
-    set_layout: vk::DescriptorSetLayout,
-    layout: vk::PipelineLayout,
-    raw: vk::Pipeline,
 }
 
 impl ComputePass {
@@ -42,70 +35,64 @@ impl ComputePass {
         spirv: &[u32],
         specialization: &[u32],
     ) -> Result<ComputePass, GpuError> {
-        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
-        // SAFETY: `spirv` is what the shader compiler made at build time.
-        let module = unsafe { gpu.device.create_shader_module(&info, None) }.called("vkCreateShaderModule")?;
+        let module = gpu.pipelines.module(&gpu.device, spirv)?;
         let specialization = specialization.to_vec();
-        Ok(ComputePass { name, module, specialization, pipeline: OnceCell::new(), gpu: Rc::clone(gpu) })
+        Ok(ComputePass { name, module, specialization, bound: OnceCell::new(), gpu: Rc::clone(gpu) })
     }
 
-    fn pipeline(&self, kinds: &[vk::DescriptorType], constant_bytes: u32) -> Result<&Pipeline, GpuError> {
-        if let Some(pipeline) = self.pipeline.get() {
-            assert_eq!(pipeline.kinds, kinds, "every dispatch of `{}` binds the same descriptor types", self.name);
-            assert_eq!(pipeline.constant_bytes, constant_bytes, "`{}` has constants of another size", self.name);
-            return Ok(pipeline);
+    fn pipeline(&self, kinds: &[vk::DescriptorType], constant_bytes: u32) -> Result<Pipeline, GpuError> {
+        if let Some((key, pipeline)) = self.bound.get() {
+            assert_eq!(key.kinds, kinds, "every dispatch of `{}` binds the same descriptor types", self.name);
+            assert_eq!(key.constant_bytes, constant_bytes, "`{}` has constants of another size", self.name);
+            return Ok(*pipeline);
         }
-        let made = self.make(kinds.to_vec(), constant_bytes)?;
-        Ok(self.pipeline.get_or_init(|| made))
-    }
-
-    fn make(&self, kinds: Vec<vk::DescriptorType>, constant_bytes: u32) -> Result<Pipeline, GpuError> {
-        let device = &self.gpu.device;
-        // SAFETY: the device is alive, and infos live for their calls. A failure half-way leaks two small layouts, but ends
-        // the program.
-        unsafe {
-            let set_layout = set_layout(&self.gpu, &kinds, vk::ShaderStageFlags::COMPUTE)?;
-            let set_layouts = [set_layout];
-            let ranges =
-                [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::COMPUTE, offset: 0, size: constant_bytes }];
-            let layout_info = vk::PipelineLayoutCreateInfo::default()
-                .set_layouts(&set_layouts)
-                .push_constant_ranges(if constant_bytes > 0 { &ranges } else { &[] });
-            let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
-            let entries: Vec<_> = (0..self.specialization.len())
-                .map(|i| vk::SpecializationMapEntry { constant_id: i as u32, offset: 4 * i as u32, size: 4 })
-                .collect();
-            let specialization = vk::SpecializationInfo::default()
-                .map_entries(&entries)
-                .data(bytemuck::cast_slice(&self.specialization));
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(self.module)
-                .name(c"main")
-                .specialization_info(&specialization);
-            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-            let raw = device
-                .create_compute_pipelines(self.gpu.pipeline_cache, &info, None)
-                .map_err(|(_, result)| result)
-                .called("vkCreateComputePipelines")?[0];
-            Ok(Pipeline { kinds, constant_bytes, set_layout, layout, raw })
-        }
+        let key = PipelineKey {
+            modules: vec![self.module],
+            specialization: self.specialization.clone(),
+            kinds: kinds.to_vec(),
+            constant_bytes,
+            raster: None,
+        };
+        let pipeline = self.gpu.pipelines.get(key.clone(), |key| make(&self.gpu, key))?;
+        Ok(self.bound.get_or_init(|| (key, pipeline)).1)
     }
 }
 
-impl Drop for ComputePass {
-    fn drop(&mut self) {
-        // SAFETY: frames wait before they return, so no command buffer uses these any more.
-        unsafe {
-            let device = &self.gpu.device;
-            if let Some(p) = self.pipeline.get() {
-                device.destroy_pipeline(p.raw, None);
-                device.destroy_pipeline_layout(p.layout, None);
-                device.destroy_descriptor_set_layout(p.set_layout, None);
-            }
-            device.destroy_shader_module(self.module, None);
-        }
+fn make(gpu: &Gpu, key: &PipelineKey) -> Result<Pipeline, GpuError> {
+    let device = &gpu.device;
+    // SAFETY: the device is alive, and infos live for their calls. A failure half-way leaks two small layouts, but ends the
+    // program.
+    unsafe {
+        let set_layout = set_layout(gpu, &key.kinds, vk::ShaderStageFlags::COMPUTE)?;
+        let set_layouts = [set_layout];
+        let ranges =
+            [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::COMPUTE, offset: 0, size: key.constant_bytes }];
+        let layout_info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&set_layouts)
+            .push_constant_ranges(if key.constant_bytes > 0 { &ranges } else { &[] });
+        let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
+        let entries = specialization_entries(&key.specialization);
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&key.specialization));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(key.modules[0])
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        let raw = device
+            .create_compute_pipelines(gpu.pipeline_cache, &info, None)
+            .map_err(|(_, result)| result)
+            .called("vkCreateComputePipelines")?[0];
+        Ok(Pipeline { set_layout, layout, raw })
     }
+}
+
+/// Constant id i is word i.
+pub(super) fn specialization_entries(words: &[u32]) -> Vec<vk::SpecializationMapEntry> {
+    (0..words.len())
+        .map(|i| vk::SpecializationMapEntry { constant_id: i as u32, offset: 4 * i as u32, size: 4 })
+        .collect()
 }
 
 /// A resource, ready to be written into a descriptor set.

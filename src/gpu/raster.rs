@@ -7,7 +7,8 @@ use std::rc::Rc;
 use ash::vk;
 
 use super::access::Use;
-use super::pass::BoundResource;
+use super::pass::{BoundResource, specialization_entries};
+use super::pipelines::{Pipeline, PipelineKey, RasterKey};
 use super::texture::set_layout;
 use super::{Buffer, Called, Frame, Gpu, GpuError, Image, MaterialSets, Sampler};
 
@@ -53,121 +54,111 @@ impl Input<'_> {
 /// A graphics pipeline with a reverse-Z depth test; the cull mode is set per draw.
 pub struct RasterPass {
     name: &'static str,
-    input_layout: vk::DescriptorSetLayout,
-    layout: vk::PipelineLayout,
-    raw: vk::Pipeline,
-    gpu: Rc<Gpu>,
+    pipeline: Pipeline,
 }
 
 impl RasterPass {
     /// # Errors
     /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, desc: &RasterPassDesc<'_>) -> Result<RasterPass, GpuError> {
-        let device = &gpu.device;
-        let entries: Vec<_> = (0..desc.specialization.len())
-            .map(|i| vk::SpecializationMapEntry { constant_id: i as u32, offset: 4 * i as u32, size: 4 })
-            .collect();
-        let specialization =
-            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(desc.specialization));
-        let bindings = [vk::VertexInputBindingDescription {
-            binding: 0,
-            stride: desc.vertex_stride,
-            input_rate: vk::VertexInputRate::VERTEX,
-        }];
-        let attributes: Vec<_> = desc
-            .attributes
-            .iter()
-            .enumerate()
-            .map(|(location, &(format, offset))| vk::VertexInputAttributeDescription {
-                location: location as u32,
-                binding: 0,
-                format,
-                offset,
-            })
-            .collect();
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
-            .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .line_width(1.0);
-        let multisample =
-            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(true)
-            .depth_write_enable(true)
-            .depth_compare_op(vk::CompareOp::GREATER);
-        let blends: Vec<_> = desc
-            .colors
-            .iter()
-            .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
-            .collect();
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
-        let dynamic_states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR, vk::DynamicState::CULL_MODE];
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
-        let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .color_attachment_formats(desc.colors)
-            .depth_attachment_format(vk::Format::D32_SFLOAT);
-        let module = |code: &[u32]| {
-            let info = vk::ShaderModuleCreateInfo::default().code(code);
-            // SAFETY: `code` is what the shader compiler made at build time.
-            unsafe { device.create_shader_module(&info, None) }.called("vkCreateShaderModule")
+        let module = |code| gpu.pipelines.module(&gpu.device, code);
+        let key = PipelineKey {
+            modules: vec![module(desc.vertex)?, module(desc.fragment)?],
+            specialization: desc.specialization.to_vec(),
+            kinds: desc.inputs.to_vec(),
+            constant_bytes: desc.constant_bytes,
+            raster: Some(RasterKey {
+                vertex_stride: desc.vertex_stride,
+                attributes: desc.attributes.to_vec(),
+                colors: desc.colors.to_vec(),
+                textures: desc.materials.textures,
+            }),
         };
-        let (vertex, fragment) = (module(desc.vertex)?, module(desc.fragment)?);
-        let stage = |flag, module| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(flag)
-                .module(module)
-                .name(c"main")
-                .specialization_info(&specialization)
-        };
-        let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
-        let both_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let input_layout = set_layout(gpu, desc.inputs, both_stages)?;
-        let set_layouts = [input_layout, desc.materials.layout];
-        let ranges = [vk::PushConstantRange {
-            stage_flags: vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
-            offset: 0,
-            size: desc.constant_bytes,
-        }];
-        let layout_info =
-            vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&ranges);
-        // SAFETY: everything pointed to lives for these calls; the modules may be destroyed once the pipeline is made.
-        unsafe {
-            let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
-            let info = [vk::GraphicsPipelineCreateInfo::default()
-                .stages(&stages)
-                .vertex_input_state(&vertex_input)
-                .input_assembly_state(&assembly)
-                .viewport_state(&viewport)
-                .rasterization_state(&rasterization)
-                .multisample_state(&multisample)
-                .depth_stencil_state(&depth)
-                .color_blend_state(&blend)
-                .dynamic_state(&dynamic)
-                .layout(layout)
-                .push_next(&mut rendering)];
-            let made = device.create_graphics_pipelines(gpu.pipeline_cache, &info, None);
-            device.destroy_shader_module(vertex, None);
-            device.destroy_shader_module(fragment, None);
-            let raw = made.map_err(|(_, result)| result).called("vkCreateGraphicsPipelines")?[0];
-            Ok(RasterPass { name: desc.name, input_layout, layout, raw, gpu: Rc::clone(gpu) })
-        }
+        let pipeline = gpu.pipelines.get(key, |key| make(gpu, desc, &key.modules))?;
+        Ok(RasterPass { name: desc.name, pipeline })
     }
 }
 
-impl Drop for RasterPass {
-    fn drop(&mut self) {
-        // SAFETY: frames wait before they return, so no command buffer uses these any more.
-        unsafe {
-            self.gpu.device.destroy_pipeline(self.raw, None);
-            self.gpu.device.destroy_pipeline_layout(self.layout, None);
-            self.gpu.device.destroy_descriptor_set_layout(self.input_layout, None);
-        }
+fn make(gpu: &Gpu, desc: &RasterPassDesc<'_>, modules: &[vk::ShaderModule]) -> Result<Pipeline, GpuError> {
+    let device = &gpu.device;
+    let entries = specialization_entries(desc.specialization);
+    let specialization =
+        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(desc.specialization));
+    let bindings = [vk::VertexInputBindingDescription {
+        binding: 0,
+        stride: desc.vertex_stride,
+        input_rate: vk::VertexInputRate::VERTEX,
+    }];
+    let attributes: Vec<_> = desc
+        .attributes
+        .iter()
+        .enumerate()
+        .map(|(location, &(format, offset))| vk::VertexInputAttributeDescription {
+            location: location as u32,
+            binding: 0,
+            format,
+            offset,
+        })
+        .collect();
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+        .vertex_binding_descriptions(&bindings)
+        .vertex_attribute_descriptions(&attributes);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+    let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+        .line_width(1.0);
+    let multisample =
+        vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(true)
+        .depth_write_enable(true)
+        .depth_compare_op(vk::CompareOp::GREATER);
+    let blends: Vec<_> = desc
+        .colors
+        .iter()
+        .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
+        .collect();
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+    let dynamic_states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR, vk::DynamicState::CULL_MODE];
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(desc.colors)
+        .depth_attachment_format(vk::Format::D32_SFLOAT);
+    let stage = |flag, module| {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(flag)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&specialization)
+    };
+    let stages = [stage(vk::ShaderStageFlags::VERTEX, modules[0]), stage(vk::ShaderStageFlags::FRAGMENT, modules[1])];
+    let both_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+    let set_layout = set_layout(gpu, desc.inputs, both_stages)?;
+    let set_layouts = [set_layout, desc.materials.layout];
+    let ranges = [vk::PushConstantRange { stage_flags: both_stages, offset: 0, size: desc.constant_bytes }];
+    let layout_info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&ranges);
+    // SAFETY: everything pointed to lives for these calls.
+    unsafe {
+        let layout = device.create_pipeline_layout(&layout_info, None).called("vkCreatePipelineLayout")?;
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&rasterization)
+            .multisample_state(&multisample)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(layout)
+            .push_next(&mut rendering)];
+        let raw = device
+            .create_graphics_pipelines(gpu.pipeline_cache, &info, None)
+            .map_err(|(_, result)| result)
+            .called("vkCreateGraphicsPipelines")?[0];
+        Ok(Pipeline { set_layout, layout, raw })
     }
 }
 
@@ -241,7 +232,7 @@ impl Frame {
                 }
             });
         }
-        let set = self.bind(pass.input_layout, &bound)?;
+        let set = self.bind(pass.pipeline.set_layout, &bound)?;
         for target in colors {
             self.use_image(target.image, Use::COLOR);
         }
@@ -287,17 +278,24 @@ impl Frame {
         // SAFETY: attachments are in the declared layouts (barriers above), handles outlive the frame.
         unsafe {
             device.cmd_begin_rendering(commands, &info);
-            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pass.raw);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pass.pipeline.raw);
             device.cmd_set_viewport(commands, 0, &[viewport]);
             device.cmd_set_scissor(commands, 0, &[area]);
             device.cmd_bind_vertex_buffers(commands, 0, &[geometry.vertices.raw], &[0]);
             device.cmd_bind_index_buffer(commands, geometry.indices.raw, 0, vk::IndexType::UINT32);
-            device.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::GRAPHICS, pass.layout, 0, &[set], &[]);
+            device.cmd_bind_descriptor_sets(
+                commands,
+                vk::PipelineBindPoint::GRAPHICS,
+                pass.pipeline.layout,
+                0,
+                &[set],
+                &[],
+            );
         }
         let mut draws = Draws {
             gpu: &gpu,
             commands,
-            layout: pass.layout,
+            layout: pass.pipeline.layout,
             materials: geometry.materials,
             material: None,
             cull: None,

@@ -71,6 +71,8 @@ impl Drop for Sampler {
 pub struct MaterialSets {
     pub(super) layout: vk::DescriptorSetLayout,
     pub(super) sets: Vec<vk::DescriptorSet>,
+    /// The number of textures in each set.
+    pub(super) textures: usize,
     pool: vk::DescriptorPool,
     gpu: Rc<Gpu>,
 }
@@ -88,7 +90,8 @@ impl MaterialSets {
         let device = &gpu.device;
         let kind = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
         let layout = set_layout(gpu, &[kind; TEXTURES], vk::ShaderStageFlags::FRAGMENT)?;
-        let mut made = MaterialSets { layout, sets: Vec::new(), pool: vk::DescriptorPool::null(), gpu: Rc::clone(gpu) };
+        let pool = vk::DescriptorPool::null();
+        let mut made = MaterialSets { layout, sets: Vec::new(), textures: TEXTURES, pool, gpu: Rc::clone(gpu) };
         if materials.is_empty() {
             return Ok(made);
         }
