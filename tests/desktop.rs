@@ -5,6 +5,7 @@
 
 mod desk;
 mod lab;
+mod screen;
 
 use std::process::Child;
 use std::time::{Duration, Instant};
@@ -130,12 +131,14 @@ impl<'a> Sitting<'a> {
         let is_over = || self.count(|r| matches!(r, Record::Presentation(_))) > answers;
         if !self.seen.contains("stimulus") {
             until("the stimulus is being shown or has been shown", || {
-                is_over() || desk::shows_stimulus(&self.desk.picture("stimulus"))
+                is_over() || desk::shows_stimulus(&self.desk.screen())
             });
+            self.desk.picture("stimulus");
             self.seen.insert("stimulus".to_owned());
         }
         until("the stimulus is over", || self.count(|r| matches!(r, Record::Presentation(_))) > answers);
-        until("the panel is shown", || !desk::shows_stimulus(&self.desk.picture("panel")));
+        // The blank before the panel takes no keys.
+        until("the panel is shown", || desk::shows_text(&self.desk.screen()));
         self.look("panel");
         let choice = (2 * presentation + 1) % choices;
         self.press_until(&(choice + 1).to_string(), "the choice is taken", |r| matches!(r, Record::Change(_)));

@@ -3,6 +3,7 @@
 //! rights and the root folder that `tests/xr/root` builds; tests are skipped, with a message, without them.
 
 mod lab;
+mod screen;
 mod xr;
 
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 
 mod desk;
 mod lab;
+mod screen;
 
 use std::process::{Command, Stdio};
 use std::time::Duration;

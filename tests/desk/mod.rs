@@ -2,6 +2,7 @@
 
 #![allow(dead_code)] // Each test program uses a part of this module.
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -13,12 +14,16 @@ use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest
 use cyclopean_analysis::journal::record::Film;
 use cyclopean_analysis::journal::{self, Entry};
 
+use crate::screen;
+
 /// An X server with a window manager. Both are killed when this is dropped.
 pub struct Desk {
     server: Child,
     manager: Option<Child>,
     display: String,
     gallery: PathBuf,
+    /// The folder with the server's frame buffer.
+    buffer: tempfile::TempDir,
     _one: MutexGuard<'static, ()>,
 }
 
@@ -33,10 +38,9 @@ pub fn skip(why: &str) {
 }
 
 impl Desk {
-    /// Starts a desk, or returns `None` where Xvfb, xdotool or ImageMagick's `import` is missing (`./x setup` installs
-    /// them). Pictures are stored as `target/tmp/desktop/NAME-*.png`.
+    /// Starts a desk, or returns `None` where Xvfb or xdotool is missing (`./x setup` installs them). Pictures are stored as `target/tmp/desktop/NAME-*.png`.
     pub fn new(name: &str) -> Option<Desk> {
-        for tool in ["Xvfb", "xdotool", "import"] {
+        for tool in ["Xvfb", "xdotool"] {
             if Command::new("sh").args(["-c", &format!("command -v {tool} >/dev/null")]).status().ok()?.code()
                 != Some(0)
             {
@@ -45,9 +49,16 @@ impl Desk {
             }
         }
         let one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-        let args = ["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"];
-        let mut server =
-            Command::new("Xvfb").args(args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
+        let buffer = tempfile::tempdir().expect("a temporary folder");
+        let args = ["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset", "-nocursor"];
+        let mut server = Command::new("Xvfb")
+            .args(args)
+            .arg("-fbdir")
+            .arg(buffer.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb starts");
         let mut number = String::new();
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
         let display = format!(":{}", number.trim());
@@ -55,7 +66,7 @@ impl Desk {
         std::fs::create_dir_all(&gallery).unwrap();
         let manager =
             Command::new("openbox").env("DISPLAY", &display).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
-        let desk = Desk { server, manager, display, gallery: gallery.join(name), _one: one };
+        let desk = Desk { server, manager, display, gallery: gallery.join(name), buffer, _one: one };
         if desk.has_manager() {
             // Only a window manager answers this question.
             until("the window manager runs", || desk.xdotool(&["get_num_desktops"]).is_some());
@@ -120,24 +131,29 @@ impl Desk {
         self.xdotool(&[&[what, window], more].concat());
     }
 
-    /// Takes a picture of the screen. The file is kept so that people can look at it.
-    pub fn picture(&self, what: &str) -> image::RgbImage {
-        let path = PathBuf::from(format!("{}-{what}.png", self.gallery.display()));
-        let mut import = Command::new("import");
-        import.env("DISPLAY", &self.display).args(["-silent", "-window", "root", "-depth", "8"]);
-        let status = import.arg(format!("png24:{}", path.display())).status();
-        assert!(status.expect("import").success());
-        image::open(&path).expect("a picture of the screen").into_rgb8()
+    /// What the screen shows now.
+    pub fn screen(&self) -> image::RgbImage {
+        screen::picture(self.buffer.path())
     }
 
-    /// The same, once two pictures in a row are equal, so that nothing on the screen moves.
+    /// The same. The picture is also saved so that people can look at it.
+    pub fn picture(&self, what: &str) -> image::RgbImage {
+        let picture = self.screen();
+        picture.save(format!("{}-{what}.png", self.gallery.display())).expect("a PNG");
+        picture
+    }
+
+    /// The same, once the screen has not changed for a quarter of a second.
     pub fn still_picture(&self, what: &str) -> image::RgbImage {
-        let mut last = self.picture(what);
+        let (mut last, mut since) = (self.screen(), Instant::now());
         until(&format!("{what}: the screen no longer changes"), || {
-            let before = std::mem::replace(&mut last, self.picture(what));
-            before == last
+            let now = self.screen();
+            if now != last {
+                (last, since) = (now, Instant::now());
+            }
+            since.elapsed() > Duration::from_millis(250)
         });
-        last
+        self.picture(what)
     }
 }
 
@@ -185,6 +201,13 @@ pub const RIGHT: [u8; 3] = [60, 60, 200];
 pub fn shows_stimulus(screen: &image::RgbImage) -> bool {
     let chroma = |p: [u8; 3]| p.iter().max().zip(p.iter().min()).map_or(0, |(high, low)| high - low);
     screen.enumerate_pixels().filter(|(_, y, p)| *y > 40 && chroma(p.0) > 15).count() > 20_000
+}
+
+/// Whether this screen shows a panel or a page. Their text has many shades of grey, while a blank has one.
+pub fn shows_text(screen: &image::RgbImage) -> bool {
+    let inside = screen.enumerate_pixels().filter(|(x, y, _)| (60..1180).contains(x) && (60..640).contains(y));
+    let shades: BTreeSet<u8> = inside.map(|(_, _, p)| p.0[1]).collect();
+    shades.len() > 20 && !shows_stimulus(screen)
 }
 
 impl StimulusRenderer for EyePainter {

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use image::RgbImage;
 
+use crate::screen;
+
 /// An X server (Xvfb) in the root, whose frame buffer is a file. It is killed when this is dropped.
 pub struct Window {
     folder: tempfile::TempDir,
@@ -29,8 +31,7 @@ impl Window {
 
     /// A picture of what the display shows now.
     pub fn picture(&self) -> RgbImage {
-        let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the frame buffer");
-        read_xwd(&bytes)
+        screen::picture(self.folder.path())
     }
 
     /// The same. The picture is also saved so that people can look at it.
@@ -83,25 +84,6 @@ impl Drop for Window {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// Reads an X window dump of version 7. It has a header of big-endian words, a colour table with 12 bytes for each
-/// entry, and then the rows of pixels.
-fn read_xwd(bytes: &[u8]) -> RgbImage {
-    let word = |i: usize| u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap()) as usize;
-    let (header, width, height, is_big, bits, row, colors) =
-        (word(0), word(4), word(5), word(7), word(11), word(12), word(19));
-    assert_eq!(
-        (word(1), bits),
-        (7, 32),
-        "the frame buffer is not an X window dump of version 7 with 32 bits per pixel"
-    );
-    let data = &bytes[header + 12 * colors..];
-    RgbImage::from_fn(width as u32, height as u32, |x, y| {
-        let at = y as usize * row + 4 * x as usize;
-        let p = &data[at..at + 4];
-        image::Rgb(if is_big == 1 { [p[1], p[2], p[3]] } else { [p[2], p[1], p[0]] })
-    })
 }
 
 /// The centres, in pixels, of the spots whose colour `is_spot` accepts, sorted by x and then by y.
