@@ -3,9 +3,6 @@
 //! Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-mod program;
-
 use std::sync::Arc;
 
 use cyclopean::metrics::ambient::{inconsistency, mean_absolute_error, places};
@@ -15,8 +12,9 @@ use cyclopean::render::{Ao, AoSettings, Method, Prepared, Rendered, Renderer, Se
 use cyclopean::scene::{self, Eye, LightSource, Scene, StereoCamera};
 use cyclopean::stress::shapes::{place, upright};
 use glam::{DQuat, DVec3, Vec3};
-use pictures::{gpu, hall, look, material, plane, render, render_from, settings, sphere};
-use program::cyclopean;
+
+use crate::pictures::{self, gpu, hall, look, material, plane, render, render_from, settings, sphere};
+use crate::program::cyclopean;
 
 const ALL: [Ao; 5] = [Ao::Mono, Ao::Fsa, Ao::Variant1, Ao::Variant2, Ao::RayTraced];
 

@@ -2,14 +2,13 @@
 //! the same. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::render::Settings;
 use cyclopean::scene::Scene;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{glowing, gpu, hall, look, plane, render, scene, settings};
+
+use crate::pictures::{glowing, gpu, hall, look, plane, render, scene, settings};
 
 /// A glowing square before a black ground, turned about the axis of the view.
 fn square() -> Arc<Scene> {

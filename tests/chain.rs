@@ -2,16 +2,15 @@
 //! oracle is the library, which reads the votes from the same journals. Needs no GPU. The tests are skipped where the
 //! program `mos` is missing and cannot be built.
 
-mod lab;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
 use cyclopean_analysis::journal::collect;
 use cyclopean_analysis::journal::record::{Kind, Purpose};
-use lab::{Lab, mos, stderr};
 use serde_json::Value;
+
+use crate::lab::{Lab, mos, stderr};
 
 const PEOPLE: [&str; 6] = ["s01", "s02", "s03", "s04", "s05", "s06"];
 

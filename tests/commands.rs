@@ -3,11 +3,10 @@
 //! without it.
 #![cfg(feature = "gpu")]
 
-mod program;
-
-use program::{cyclopean, stderr};
 use std::path::Path;
 use std::process::Command;
+
+use crate::program::{self, cyclopean, stderr};
 
 /// The sorted names of the files in a folder, or none if there is no folder.
 fn names(folder: &Path) -> Vec<String> {

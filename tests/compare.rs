@@ -1,15 +1,14 @@
 //! Tests `cyclopean compare` by running the program: its reports and sheets, the references and results that it keeps,
 //! and how it refuses what it cannot compare. Comparing scenes needs a Vulkan device; comparing two pictures does not.
 
-mod program;
-
 use std::path::Path;
 #[cfg(feature = "gpu")]
 use std::process::Output;
 
 use cyclopean::picture::{Part, StereoPicture, write_exr};
-use program::{cyclopean, stderr};
 use serde_json::Value;
+
+use crate::program::{cyclopean, stderr};
 
 fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(bytes).expect("one JSON object")
@@ -109,6 +108,7 @@ mod scenes {
     use std::process::Stdio;
 
     use super::*;
+    use crate::program;
 
     const SMALL: [&str; 8] = ["--size", "64x36", "--seeds", "3", "--reference-spp", "16", "--cache", "kept"];
 

@@ -3,8 +3,6 @@
 //! errors. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,7 +12,8 @@ use cyclopean::gpu::Gpu;
 use cyclopean::render::{Method, Prepared, Rendered, Renderer, Settings, Trace};
 use cyclopean::scene::{self, Light, LightSource, Material, Scene, Texture, TextureRef, Wrap};
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3};
-use pictures::{deviations, glowing, gpu, lattices, look, material, plane, settings, sphere, values};
+
+use crate::pictures::{self, deviations, glowing, gpu, lattices, look, material, plane, settings, sphere, values};
 
 /// The largest share of pixels that may differ by more than [`ROUNDING`] with the same seed.
 const APART: f64 = 0.01;
@@ -92,7 +91,7 @@ fn the_built_in_scenes_look_alike() {
     agree(&gpu, "temple", &coarse("temple"), 8, &size);
 }
 
-/// Compares all built-in scenes at full detail: `cargo test --release --test cpu -- --ignored --nocapture full_detail`.
+/// Compares all built-in scenes at full detail: `cargo test --release --test all full_detail -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_built_in_scenes_look_alike_at_full_detail() {
@@ -337,7 +336,7 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     assert_eq!(counts, [(32, 2), (32, 2)]);
 }
 
-/// Prints figures and checks nothing: `cargo test --release --test cpu -- --ignored --nocapture`.
+/// Prints figures and checks nothing: `cargo test --release --test all cpu:: -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn rays_a_second() {

@@ -1,9 +1,7 @@
 //! Tests that a session survives crashes: it is stopped at every step on the disk, by a simulated loss of power, by a
 //! full disk, and by kills at random moments. The oracle is the same session without a disturbance. Needs no GPU.
 //!
-//! More kills: `CYCLOPEAN_KILLS=1000 cargo test --no-default-features --test crashes killed`.
-
-mod lab;
+//! More kills: `CYCLOPEAN_KILLS=1000 cargo test --no-default-features --test all crashes::killed`.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,7 +14,8 @@ use cyclopean::study::writer::{Durability, WriterError};
 use cyclopean::study::{recover, validate};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, JournalError, Verifier, collect};
-use lab::{Lab, rate, stderr};
+
+use crate::lab::{Lab, rate, stderr};
 
 fn options(disk: Disk) -> Options {
     Options { disk, ..Options::new(Kind::Simulated) }

@@ -1,11 +1,7 @@
 //! Tests whole sessions in a desktop window, answered by simulated keys and mouse clicks, and the commands
-//! `display test` and `live`. The oracle is the script that the keys follow. Needs a Vulkan device, Xvfb, xdotool and
-//! ImageMagick; tests are skipped, with a message, where one of the programs is missing.
+//! `display test` and `live`. The oracle is the script that the keys follow. Needs a Vulkan device, Xvfb and
+//! xdotool; tests are skipped, with a message, where one of the programs is missing.
 #![cfg(feature = "gpu")]
-
-mod desk;
-mod lab;
-mod screen;
 
 use std::process::Child;
 use std::time::{Duration, Instant};
@@ -15,8 +11,9 @@ use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::protocol::Setup;
 use cyclopean_analysis::journal::Entry;
 use cyclopean_analysis::journal::record::{Outcome, Purpose, Record, Shown, Trust};
-use desk::{Desk, EyePainter, entries, until};
-use lab::{Lab, stderr};
+
+use crate::desk::{self, Desk, EyePainter, entries, until};
+use crate::lab::{Lab, stderr};
 
 /// A study of the repository, changed to have short times, few conditions and small pictures.
 fn short(name: &str) -> serde_json::Value {

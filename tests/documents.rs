@@ -2,13 +2,13 @@
 //! options must exist. The oracles are the repository's files and the programs' own manual pages. Needs no GPU;
 //! checking commands needs a build that renders.
 
-#[cfg(feature = "gpu")]
-mod lab;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 #[cfg(feature = "gpu")]
 use std::process::Command;
+
+#[cfg(feature = "gpu")]
+use crate::lab;
 
 /// Options of other programs that the pages name, each with its program.
 #[cfg(feature = "gpu")]

@@ -3,8 +3,6 @@
 //! message, without it.
 #![cfg(target_os = "linux")]
 
-mod lab;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +11,8 @@ use cyclopean::study::disk::Disk;
 use cyclopean::study::sessions::Sessions;
 use cyclopean_analysis::journal::record::{Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
-use lab::{Lab, rate, stderr};
+
+use crate::lab::{Lab, rate, stderr};
 
 const PAGE: usize = 4096;
 

@@ -3,15 +3,14 @@
 //! map is the shader. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::metrics::tone;
 use cyclopean::render::{Geometry, Method, Prepared, Renderer};
 use cyclopean::scene::{Scene, StereoCamera};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{glowing, gpu, look, material, plane, scene, settings};
+
+use crate::pictures::{glowing, gpu, look, material, plane, scene, settings};
 
 const W: u32 = 96;
 const H: u32 = 64;

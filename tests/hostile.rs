@@ -3,8 +3,6 @@
 //! nothing that a terminal would execute. Needs no GPU, but a Unix with `sh` and `mkfifo`.
 #![cfg(unix)]
 
-mod lab;
-
 use std::collections::BTreeMap;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -15,8 +13,9 @@ use std::time::{Duration, Instant};
 use cyclopean::picture::{self, Part, StereoPicture};
 use cyclopean::study::language::Language;
 use cyclopean::study::validate;
-use lab::{Lab, rate};
 use serde_json::{Value, json};
+
+use crate::lab::{Lab, rate};
 
 /// The limit of the program's address space and thus of its memory, in KiB. An endless file would soon exceed it.
 const MOST_KIB: &str = "6000000";

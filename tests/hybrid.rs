@@ -3,8 +3,6 @@
 //! device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::picture::StereoPicture;
@@ -12,7 +10,8 @@ use cyclopean::render::shared::Counts;
 use cyclopean::render::{Method, Rendered, Renderer, Reuse, Settings};
 use cyclopean::scene::{Fallback, Scene};
 use glam::{DQuat, DVec3, Vec3};
-use pictures::{
+
+use crate::pictures::{
     glowing, gpu, hall, look, material, plane, relative_squared_error, render, scene, settings as plain_settings,
 };
 

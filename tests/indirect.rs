@@ -2,14 +2,13 @@
 //! tracer in this file that shares no code with the renderer. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::render::Settings;
 use cyclopean::scene::{Eye, Light, LightSource, Material, Primitive, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{glowing, gpu, look, material, plane, render, scene, settings};
+
+use crate::pictures::{self, glowing, gpu, look, material, plane, render, scene, settings};
 
 fn chalk(albedo: [f32; 3]) -> Material {
     Material { metallic: 0.0, dielectric_f0: Vec3::ZERO, base_color: Vec3::from(albedo).extend(1.0), ..material(1.0) }

@@ -2,14 +2,13 @@
 //! views for as long as a ray is lost, and the path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::render::hits::{RayEnd, RayOutcome};
 use cyclopean::render::{Method, Renderer, Settings};
 use cyclopean::scene::Scene;
-use pictures::{gpu, hall, relative_squared_error, render, settings};
+
+use crate::pictures::{gpu, hall, relative_squared_error, render, settings};
 
 fn small() -> Settings {
     settings(96, 64)

@@ -2,10 +2,9 @@
 //! the same pictures frame by frame. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod program;
-
-use program::{cyclopean, stderr};
 use serde_json::{Value, json};
+
+use crate::program::{cyclopean, stderr};
 
 const FRAMES: usize = 5;
 /// The distance between the eyes of the scene's view.

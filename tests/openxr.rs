@@ -2,10 +2,6 @@
 //! script of the answers, a log of all OpenXR calls, and pictures of the compositor's window. Needs Linux, root's
 //! rights and the root folder that `tests/xr/root` builds; tests are skipped, with a message, without them.
 
-mod lab;
-mod screen;
-mod xr;
-
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::Duration;
@@ -15,12 +11,13 @@ use cyclopean::study::sha256_hex;
 use cyclopean::study::stimulus::{StimulusInfo, StimulusRenderer, StimulusRequest, frame_file};
 use cyclopean_analysis::journal::record::{Film, Kind, Outcome, Record, Trust};
 use cyclopean_analysis::journal::{SessionVotes, collect};
-use lab::{Lab, rate};
-use xr::journal::Tail;
-use xr::participant::Participant;
-use xr::window::{Window, spots};
-use xr::witness::Witness;
-use xr::{Compositor, Service, wait_for};
+
+use crate::lab::{self, Lab, rate};
+use crate::xr::journal::Tail;
+use crate::xr::participant::Participant;
+use crate::xr::window::{Window, spots};
+use crate::xr::witness::Witness;
+use crate::xr::{self, Compositor, Service, wait_for};
 
 /// The program under test, which runs in the test root. Its output goes to the file `said`.
 struct Run {
@@ -336,7 +333,7 @@ fn number_before(said: &str, words: &str) -> f64 {
     before.rsplit(' ').next().and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{words}: {line}"))
 }
 
-/// Takes nearly nine minutes, at the null compositor's 20 frames per second: `cargo test --test openxr -- --ignored`.
+/// Takes nearly nine minutes, at the null compositor's 20 frames per second: `cargo test --test all openxr:: -- --ignored`.
 #[test]
 #[ignore = "takes nine minutes"]
 fn ten_thousand_frames_without_a_miss_of_ours() {

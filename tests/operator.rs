@@ -1,11 +1,6 @@
 //! Tests the operator's window beside a display in real time: it must mirror the session, and its keys must work. Needs
-//! a Vulkan device, Xvfb, xdotool and ImageMagick; the test is skipped, with a message, where one of the programs is
-//! missing.
+//! a Vulkan device, Xvfb and xdotool; the test is skipped, with a message, where one of the programs is missing.
 #![cfg(feature = "gpu")]
-
-mod desk;
-mod lab;
-mod screen;
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -19,8 +14,9 @@ use cyclopean::study::prepare::{self, Shard};
 use cyclopean::study::protocol::{Event, Input, Page, Screen};
 use cyclopean::study::session::{Options, Session};
 use cyclopean_analysis::journal::record::{Kind, Record};
-use desk::{Desk, EyePainter, entries, until};
-use lab::{Lab, rate};
+
+use crate::desk::{self, Desk, EyePainter, entries, until};
+use crate::lab::{Lab, rate};
 
 /// A headless display whose frames take real time.
 struct Slow(Headless);
@@ -91,7 +87,7 @@ fn the_operator_sees_the_session_pauses_repeats_skips_and_notes() {
     std::fs::write(lab.study(), serde_json::to_string(&study()).unwrap()).unwrap();
     prepare::prepare(&lab.load().definition, &lab.store(), &mut EyePainter, Shard::WHOLE, &mut |_, _| Ok(())).unwrap();
     let mut command = Command::new(std::env::current_exe().unwrap());
-    command.args(["--exact", "the_session", "--ignored", "--nocapture"]);
+    command.args(["--exact", "operator::the_session", "--ignored", "--nocapture"]);
     command.env("OPERATOR_TEST_FOLDER", lab.dir.path()).stdin(Stdio::null());
     let child = desk.on(&mut command);
     let window = desk.window();

@@ -2,8 +2,6 @@
 //! enough and have the right buttons. The pictures are kept so that people can look at them. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod lab;
-
 use std::path::PathBuf;
 use std::rc::Rc;
 

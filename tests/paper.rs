@@ -3,16 +3,15 @@
 //! is the oracle. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod program;
-
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, SystemTime};
 
-use program::stderr;
 use serde_json::Value;
+
+use crate::program::{self, stderr};
 
 const SMALL: [&str; 17] = [
     "paper",

@@ -2,15 +2,14 @@
 //! simulated person acts through the same interface as a real one. The expected records are written out here. Needs no
 //! GPU.
 
-mod lab;
-
 use cyclopean::display::headless::Headless;
 use cyclopean::study::observer::{Observer, SimulatedObserver};
 use cyclopean::study::protocol::{Input, Page, Screen};
 use cyclopean::study::session::{Options, Session, SessionEnd};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
-use lab::{Lab, rate, stderr};
+
+use crate::lab::{Lab, rate, stderr};
 
 /// An observer who does what `acts` says for a screen, and otherwise answers like the simulated observer.
 struct Person<F> {

@@ -1,8 +1,6 @@
 //! Tests head poses: they are kept only if the study asks for them, lie in a file of their own, and are deleted with
 //! the participant's data. Needs no GPU.
 
-mod lab;
-
 use std::path::{Path, PathBuf};
 
 use cyclopean::display::headless::Headless;
@@ -16,8 +14,9 @@ use cyclopean::study::sessions::Sessions;
 use cyclopean_analysis::data::{Source, expand};
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
-use lab::{Lab, rate};
 use serde_json::{Value, json};
+
+use crate::lab::{Lab, rate};
 
 /// A display that tracks the head. It gives a pose for each event, while a headset gives one for each frame.
 struct Headset {

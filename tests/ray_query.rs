@@ -3,8 +3,6 @@
 //! builds, where a driver has ray queries in software. They are skipped, with a message, where there is no such folder.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::path::Path;
 use std::process::{Command, Output};
 use std::rc::Rc;
@@ -14,7 +12,8 @@ use cyclopean::gpu::Gpu;
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Ao, AoSettings, Method, Rendered, Renderer, Request, Settings, Trace};
 use cyclopean::scene::{self, Fallback, Scene};
-use pictures::{deviations, gpu, lattices, settings};
+
+use crate::pictures::{self, deviations, gpu, lattices, settings};
 
 fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
     let camera = scene.views[0].stereo_camera(settings.aspect());
@@ -181,7 +180,7 @@ fn ray_queries_and_the_bvh_make_one_picture() {
         return;
     }
     let this = std::env::current_exe().expect("a path");
-    let done = run_inside(&this, &["--exact", "inside", "--ignored", "--nocapture"]);
+    let done = run_inside(&this, &["--exact", "ray_query::inside", "--ignored", "--nocapture"]);
     let (out, log) = (text(&done.stdout), text(&done.stderr));
     assert!(done.status.success() && out.contains("both ways agree"), "{out}\n{log}");
     println!("{out}");
@@ -196,7 +195,7 @@ fn ray_queries_and_the_bvh_make_one_picture() {
     assert_eq!(report["trace"], "ray-query");
 }
 
-/// Takes minutes: `cargo test --release --test ray_query -- --ignored --nocapture three_tracers`.
+/// Takes minutes: `cargo test --release --test all three_tracers -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_three_tracers_agree_on_every_built_in_scene() {
@@ -204,7 +203,7 @@ fn the_three_tracers_agree_on_every_built_in_scene() {
         return;
     }
     let this = std::env::current_exe().expect("a path");
-    let done = run_inside(&this, &["--exact", "inside_every_scene", "--ignored", "--nocapture"]);
+    let done = run_inside(&this, &["--exact", "ray_query::inside_every_scene", "--ignored", "--nocapture"]);
     let (out, log) = (text(&done.stdout), text(&done.stderr));
     assert!(done.status.success() && out.contains("all three agree"), "{out}\n{log}");
     println!("{out}");

@@ -3,15 +3,14 @@
 //! out. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::render::{Settings, Streams};
 use cyclopean::scene::{Fallback, Scene};
 use cyclopean::stress::albedo;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{
+
+use crate::pictures::{
     constant_environment, glowing, gpu, look, material, plane, relative_squared_error, render, render_from, scene,
     settings, sphere,
 };

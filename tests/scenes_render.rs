@@ -3,14 +3,13 @@
 //! The test of the real scenes is skipped, with a message, where they are absent.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::path::Path;
 use std::sync::Arc;
 
 use cyclopean::render::Settings;
 use cyclopean::scene;
-use pictures::{gpu, render, settings};
+
+use crate::pictures::{gpu, render, settings};
 
 fn look_at(source: &str, settings: &Settings) {
     let gpu = gpu();

@@ -2,9 +2,7 @@
 //! and how they refuse an invalid path. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod program;
-
-use program::{cyclopean, stderr};
+use crate::program::{cyclopean, stderr};
 
 /// The scene `pica` at low detail, with a path of its own that jumps once.
 const MANIFEST: &str = r#"{

@@ -1,14 +1,13 @@
 //! Tests whole simulated sessions by running the program, from prepared stimuli to the journal and its votes. Needs no
 //! GPU.
 
-mod lab;
-
 use std::process::Stdio;
 
 use cyclopean::study::session;
 use cyclopean_analysis::journal::record::{Kind, Outcome, Record};
 use cyclopean_analysis::journal::{self, collect};
-use lab::{Lab, Painter, rate, stderr};
+
+use crate::lab::{Lab, Painter, rate, stderr};
 
 #[test]
 fn a_simulated_session_runs_to_the_end_and_its_votes_come_back() {

@@ -2,8 +2,6 @@
 //! reuses, and what it must not change. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -12,7 +10,8 @@ use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Prepared, Renderer, Settings, ShadingReuse, Trace};
 use cyclopean::scene::{self, Light, LightSource, Material, Scene, StereoCamera, View};
 use glam::{DQuat, DVec3, Vec3};
-use pictures::{gpu, look, material, plane, scene as make_scene, settings, sphere};
+
+use crate::pictures::{gpu, look, material, plane, scene as make_scene, settings, sphere};
 
 /// The names of the passes that light the surfaces.
 const LIGHTING: [&str; 5] = ["shadows", "lights", "indirect", "shading_reuse", "lighting"];

@@ -2,8 +2,6 @@
 //! that do not use them. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -12,7 +10,8 @@ use cyclopean::gpu::Gpu;
 use cyclopean::render::{Method, Rendered, Renderer, Settings, Shadows};
 use cyclopean::scene::{Light, LightSource, Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
+
+use crate::pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
 
 const WIDTH: u32 = 160;
 const HEIGHT: u32 = 120;

@@ -2,15 +2,14 @@
 //! also tests what shadows must not change. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use cyclopean::render::{Settings, Trace};
 use cyclopean::scene::{Alpha, Eye, Light, LightSource, Material, Scene, StereoCamera};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
+
+use crate::pictures::{chalk, floating_box, gpu, look, material, plane, render, scene, settings, sphere, with_floor};
 
 const WIDTH: u32 = 120;
 const HEIGHT: u32 = 90;

@@ -2,13 +2,11 @@
 //! run twice, are killed, or have nothing to do. The oracle is the result of a single run. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod program;
-
 use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use program::{cyclopean, stderr, tree, unfinished};
+use crate::program::{self, cyclopean, stderr, tree, unfinished};
 
 fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))

@@ -4,15 +4,13 @@
 //! `CYCLOPEAN_REQUIRE_SLURM` is set.
 #![cfg(all(feature = "gpu", target_os = "linux"))]
 
-mod program;
-
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use program::{stderr, tree, unfinished};
+use crate::program::{self, stderr, tree, unfinished};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cluster/cyclopean.sbatch");
 

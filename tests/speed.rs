@@ -1,9 +1,7 @@
 //! Measures the speed of simulated sessions and of reading their journals. It prints figures and has no limits. Needs
 //! no GPU. To run it by hand:
 //!
-//! `cargo test --release --no-default-features --test speed -- --ignored --nocapture --test-threads 1`
-
-mod lab;
+//! `cargo test --release --no-default-features --test all speed:: -- --ignored --nocapture --test-threads 1`
 
 use std::time::Instant;
 
@@ -11,7 +9,8 @@ use cyclopean::study::session::{Options, simulate};
 use cyclopean::study::writer::Durability;
 use cyclopean_analysis::journal::record::Kind;
 use cyclopean_analysis::journal::{self, collect};
-use lab::Lab;
+
+use crate::lab::{self, Lab};
 
 fn many(conditions: usize, repetitions: u32) -> serde_json::Value {
     let scenes: Vec<String> = (0..conditions / 2).map(|i| format!("scene-{i}")).collect();

@@ -2,13 +2,12 @@
 //! path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::render::{Settings, Streams};
 use cyclopean::scene::StereoCamera;
-use pictures::{gpu, hall, relative_squared_error, render, render_from, settings};
+
+use crate::pictures::{gpu, hall, relative_squared_error, render, render_from, settings};
 
 fn small() -> Settings {
     settings(96, 64)

@@ -1,8 +1,6 @@
 //! Tests study files: their schema, how mistakes are refused, the repository's own studies, preparing stimuli,
 //! freezing, and moving stimuli. The schema's oracle is the crate `jsonschema`. Needs no GPU.
 
-mod lab;
-
 use std::path::Path;
 
 use cyclopean::study::definition::Definition;
@@ -15,9 +13,10 @@ use cyclopean::study::writer::Durability;
 use cyclopean::study::{Plan, schema, validate};
 use cyclopean_analysis::journal::collect;
 use cyclopean_analysis::journal::record::{Film, Kind, Presentation, Purpose, Record, Side};
-use lab::{Lab, Painter, rate, stderr};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+
+use crate::lab::{Lab, Painter, rate, stderr};
 
 const SHIPPED: [&str; 6] = ["consistency", "quality", "ablation", "recommended", "motion", "example-minimal"];
 

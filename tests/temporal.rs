@@ -2,8 +2,6 @@
 //! that stale light is dropped. The oracle is the path-traced reference. Needs a Vulkan device.
 #![cfg(feature = "gpu")]
 
-mod pictures;
-
 use std::sync::Arc;
 
 use cyclopean::metrics::luminance;
@@ -13,7 +11,8 @@ use cyclopean::scene::motion::{Motion, Path};
 use cyclopean::scene::{Scene, View};
 use cyclopean::stress::shapes::{place, sphere, upright};
 use glam::{DQuat, DVec3, Vec3};
-use pictures::{glowing, gpu, hall, look, material, plane, render, scene, settings as plain_settings};
+
+use crate::pictures::{glowing, gpu, hall, look, material, plane, render, scene, settings as plain_settings};
 
 fn small() -> Settings {
     Settings { edge_fade: 0.1, ..plain_settings(96, 64) }

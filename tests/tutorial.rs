@@ -2,12 +2,10 @@
 //! oracle. Needs a Vulkan device. The test is skipped where the program `mos` is missing and cannot be built.
 #![cfg(feature = "gpu")]
 
-mod lab;
-
 use std::path::Path;
 use std::process::{Command, Output};
 
-use lab::{mos, stderr};
+use crate::lab::{mos, stderr};
 
 /// A fenced block of a page: the text behind its opening fence, and its lines.
 #[derive(Debug, Clone, PartialEq)]

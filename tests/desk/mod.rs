@@ -1,7 +1,5 @@
 //! A desktop for tests: an X server without a monitor, with simulated keys and pictures of the screen.
 
-#![allow(dead_code)] // Each test program uses a part of this module.
-
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

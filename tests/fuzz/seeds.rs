@@ -1,4 +1,4 @@
-//! Makes the seeds that cannot be written by hand: `cargo test --test fuzz -- --ignored make_seeds`.
+//! Makes the seeds that cannot be written by hand: `cargo test --test all make_seeds -- --ignored`.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};

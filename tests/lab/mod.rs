@@ -1,8 +1,6 @@
 //! A laboratory for tests of studies: a renderer of stimuli that needs no graphics device, and the program in a fresh
 //! folder.
 
-#![allow(dead_code)] // Each test program uses a part of this module.
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

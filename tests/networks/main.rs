@@ -4,13 +4,12 @@
 
 #[cfg(feature = "networks")]
 mod onnx;
-#[path = "../program/mod.rs"]
-mod program;
 
 use std::path::Path;
 
 use cyclopean::picture::{Part, StereoPicture, write_exr};
-use program::{cyclopean, stderr};
+
+use crate::program::{cyclopean, stderr};
 
 const SIZE: (u32, u32) = (24, 21);
 

@@ -1,5 +1,4 @@
 //! Small scenes whose pictures are known, and functions that render and compare them.
-#![allow(dead_code, reason = "each test program uses a part of this module")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
@@ -9,9 +8,9 @@ use cyclopean::gpu::{Gpu, GpuOptions, OwnDevice};
 use cyclopean::picture::StereoPicture;
 use cyclopean::render::{Method, Rendered, Renderer, Request, Settings};
 use cyclopean::scene::{Alpha, Instance, Light, Material, Primitive, Scene, StereoCamera, Texture, TextureRef, Wrap};
-#[allow(unused_imports, reason = "each test program uses a part of this module")]
+
 pub use cyclopean::stress::shapes::{
-    constant_environment, glowing, look, material, place, plane, primitive, scene, settings, sphere, upright,
+    constant_environment, glowing, look, material, place, plane, scene, settings, sphere, upright,
 };
 use glam::{DAffine3, DQuat, DVec3, Mat3, Vec3, Vec4};
 

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn cyclopean(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the program starts")
 }
@@ -20,7 +19,6 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-#[allow(dead_code, reason = "each test program uses a part of this module")]
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
@@ -28,7 +26,7 @@ pub fn stderr(output: &Output) -> String {
 /// Every file below a folder, by its path there, with its bytes. Hidden files are included. `timing.json` is left out:
 /// it says how long rendering took and is the only file that may differ. An unfinished file that disappears before it
 /// is read is left out too.
-#[allow(dead_code, reason = "each test program uses a part of this module")]
+#[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "only tests that render use it"))]
 pub fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut out = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -47,7 +45,7 @@ pub fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// The unfinished files of a store.
-#[allow(dead_code, reason = "each test program uses a part of this module")]
+#[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "only tests that render use it"))]
 pub fn unfinished(store: &Path) -> Vec<PathBuf> {
     let list = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let files = list(store.join("objects")).flat_map(list);

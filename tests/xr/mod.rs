@@ -3,8 +3,6 @@
 //! `tests/xr/root` builds the root, and `tests/xr/inside` runs a command in it. Monado's "remote" driver receives the
 //! poses of the head and the state of the controllers (Valve Index) over a TCP connection.
 
-#![allow(dead_code)] // Each test program uses a part of this module.
-
 pub mod journal;
 pub mod participant;
 pub mod remote;
