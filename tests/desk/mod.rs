@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use cyclopean::study::sha256_hex;
@@ -22,11 +21,7 @@ pub struct Desk {
     gallery: PathBuf,
     /// The folder with the server's frame buffer.
     buffer: tempfile::TempDir,
-    _one: MutexGuard<'static, ()>,
 }
-
-/// Only one desk runs at a time, because a software device and a display in real time disturb each other's timing.
-static ONE: Mutex<()> = Mutex::new(());
 
 /// Prints why displays cannot be tested here. Panics instead if `CYCLOPEAN_REQUIRE_DISPLAYS` or `CI` is set.
 pub fn skip(why: &str) {
@@ -46,7 +41,6 @@ impl Desk {
                 return None;
             }
         }
-        let one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
         let buffer = tempfile::tempdir().expect("a temporary folder");
         let args = ["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset", "-nocursor"];
         let mut server = Command::new("Xvfb")
@@ -64,7 +58,7 @@ impl Desk {
         std::fs::create_dir_all(&gallery).unwrap();
         let manager =
             Command::new("openbox").env("DISPLAY", &display).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
-        let desk = Desk { server, manager, display, gallery: gallery.join(name), buffer, _one: one };
+        let desk = Desk { server, manager, display, gallery: gallery.join(name), buffer };
         if desk.has_manager() {
             // Only a window manager answers this question.
             until("the window manager runs", || desk.xdotool(&["get_num_desktops"]).is_some());
