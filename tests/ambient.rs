@@ -207,7 +207,7 @@ fn inconsistent(prepared: &Prepared, seen: &[Vec<f32>; 2]) -> f64 {
 }
 
 #[test]
-fn work_between_the_eyes_makes_them_alike_as_the_seed_says() {
+fn stereo_occlusion_is_as_consistent_between_the_eyes_as_seed_001_prints() {
     let gpu = gpu();
     let scene = Arc::new(scene::load("room").expect("built in"));
     let found = ALL.map(|ao| {

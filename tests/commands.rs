@@ -50,7 +50,7 @@ fn render_writes_a_multi_view_exr_a_png_and_a_report() {
 }
 
 #[test]
-fn wrong_usage_is_one_sentence_and_two() {
+fn wrong_usage_gives_one_sentence_and_exit_status_2() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (arguments, said) in [
         (vec!["render", "room", "--method", "magic"], "unknown method `magic`; known: sssr"),
@@ -69,7 +69,7 @@ fn wrong_usage_is_one_sentence_and_two() {
 }
 
 #[test]
-fn what_cannot_be_read_or_written_is_one_sentence_and_one() {
+fn files_that_cannot_be_read_or_written_give_one_sentence_and_exit_status_1() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("broken.gltf"), b"{ \"asset\": ").expect("written");

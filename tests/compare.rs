@@ -424,7 +424,7 @@ mod scenes {
     }
 
     #[test]
-    fn wrong_usage_is_two() {
+    fn wrong_usage_gives_exit_status_2() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (arguments, said) in [
             (vec!["compare", "room", "--methods", "magic"], "unknown method `magic`"),

@@ -150,7 +150,7 @@ fn shrinking_keeps_the_mean_and_half_width_keeps_the_eyes() {
 }
 
 #[test]
-fn a_window_is_composed_in_a_moment() {
+fn a_window_is_composed_in_every_mode() {
     let bench = Bench::new();
     let still =
         layers(&bench.gpu, |eye, x, y| [pixel(eye, x, y), [0; 3]].concat()[..4].try_into().unwrap(), (320, 180));

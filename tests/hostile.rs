@@ -977,7 +977,7 @@ fn versions_that_need_more_than_2_0_are_refused_and_others_load() {
 }
 
 #[test]
-fn what_files_call_things_reaches_no_terminal_as_it_stands() {
+fn names_from_files_are_escaped_on_the_terminal() {
     let folder = tempfile::tempdir().expect("a folder");
     let name = "\u{1b}[2J\u{9b}31m\u{202e}\r\nrepaired   all";
     let root = changed(scene(), &[("/meshes/0/name", json!(name)), ("/materials/0/name", json!(name))]);

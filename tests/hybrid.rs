@@ -83,7 +83,7 @@ fn the_fallback_is_never_seen() {
 }
 
 #[test]
-fn a_share_of_nothing_is_the_method_without_geometry() {
+fn a_hybrid_with_a_share_of_zero_equals_the_method_without_geometry() {
     let (gpu, scene) = (gpu(), hall(0.25));
     for (none, plain) in [("stereo-hybrid-0", "stereo"), ("sssr-hybrid-0", "sssr")] {
         let (a, b) = (render(&gpu, &scene, none, &small()), render(&gpu, &scene, plain, &small()));
@@ -114,7 +114,7 @@ fn a_smaller_share_asks_less_and_keeps_the_mean() {
 }
 
 #[test]
-fn where_nothing_is_in_view_it_is_the_paths_through_the_filter() {
+fn where_every_ray_is_lost_a_hybrid_equals_filtered_paths() {
     let (gpu, scene) = (gpu(), floor_and_glow(0.4, false));
     let settings = plain_settings(96, 64);
     let paths = render(&gpu, &scene, "path-traced-resolved@1", &settings);

@@ -50,7 +50,7 @@ fn two_stages_find_what_the_oracle_finds() {
 }
 
 #[test]
-fn two_stages_err_as_the_oracle_errs() {
+fn traversal_in_two_stages_is_as_accurate_as_in_one_loop() {
     let (gpu, scene) = (gpu(), hall(0.25));
     let reference = render(&gpu, &scene, "path-traced@512", &small());
     let error = |method: &str| {

@@ -296,7 +296,7 @@ fn a_plan_is_said_and_nothing_is_made() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_the_work() {
+fn impossible_requests_are_refused_before_anything_is_rendered() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (arguments, code, said) in [
         (vec!["paper", "--scenes", "room,room"], 2, "--scenes names room twice"),

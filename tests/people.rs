@@ -106,7 +106,7 @@ fn who_quits_can_go_on_and_who_gives_up_cannot() {
 }
 
 #[test]
-fn who_leaves_takes_everything_along() {
+fn nothing_is_kept_of_a_participant_who_withdraws() {
     let lab = Lab::new(&rate(&["pica", "room"], 1));
     let ended = sit(&lab, false, once(|s| is_panel(s, 2), vec![(1, Input::Withdraw)]));
     assert_eq!(ended.outcome, Some(Outcome::Withdrawn));

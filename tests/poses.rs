@@ -165,7 +165,7 @@ fn poses_have_a_file_of_their_own_that_the_journal_names_and_the_analysis_passes
 }
 
 #[test]
-fn who_declines_leaves_no_pose_and_who_leaves_takes_them_along() {
+fn no_poses_are_kept_of_people_who_decline_or_withdraw() {
     let lab = Lab::new(&study(true));
     let consent = Some(Screen::Page(Page::Consent));
     let ended = sit(&lab, Disk::real(), consent, Input::Decline).unwrap();

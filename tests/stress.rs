@@ -27,7 +27,7 @@ fn stderr(output: &Output) -> String {
 }
 
 #[test]
-fn every_hazard_is_borne() {
+fn every_case_stays_within_its_bound() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (done, report) = stress(folder.path(), &[]);
     let failed: Vec<&str> = report["failed"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();

@@ -227,7 +227,7 @@ fn answers() -> String {
 }
 
 #[test]
-fn what_people_are_called_reaches_no_medium_as_it_stands() {
+fn names_from_journals_are_escaped_in_every_output() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("a.csv"), answers()).unwrap();
     let clean = |what: &str, text: &str| {

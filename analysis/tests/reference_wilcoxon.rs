@@ -149,7 +149,7 @@ fn loose(worst: &mut Worst, place: &str, got: Option<f64>, want: &Value) {
 }
 
 #[test]
-fn the_papers_line() {
+fn the_z_and_p_that_the_paper_prints_follow_from_thirty_differences() {
     // These 30 pooled differences, one for each participant and scene, give the paper's z and p.
     let counts = [(-2.0, 2), (-1.0, 4), (0.0, 5), (1.0, 7), (2.0, 9), (3.0, 3)];
     let d: Vec<f64> = counts.iter().flat_map(|(v, n)| std::iter::repeat_n(*v, *n)).collect();

@@ -24,7 +24,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn d_and_minus_d_mirror(d in proptest::collection::vec(-6i32..=6, 1..60), rule in zeros(), correction: bool) {
+    fn negated_differences_mirror_the_statistic(d in proptest::collection::vec(-6i32..=6, 1..60), rule in zeros(), correction: bool) {
         let d: Vec<f64> = d.into_iter().map(f64::from).collect();
         let mirrored: Vec<f64> = d.iter().map(|v| -v).collect();
         let pairs = [

@@ -256,7 +256,7 @@ fn no_files_import_each_other_in_a_circle() {
 }
 
 #[test]
-fn vulkan_is_named_by_gpu_and_render_alone() {
+fn only_gpu_render_and_display_name_vulkan() {
     let allowed = ["src/gpu/", "src/render/", "src/display/"];
     let named = |(path, text): &(String, String)| -> Vec<String> {
         let found = naming(text, &["ash::", "gpu_allocator::"]);
@@ -298,7 +298,7 @@ fn unsafe_stands_in_two_folders_and_says_why() {
 }
 
 #[test]
-fn randomness_has_a_name() {
+fn no_source_draws_random_numbers_without_a_seed() {
     let named = |(path, text): (String, String)| -> Vec<String> {
         let found = naming(&text, UNNAMED_RANDOMNESS);
         found
