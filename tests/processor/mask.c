@@ -6,6 +6,7 @@
 #define _GNU_SOURCE
 #include <asm/prctl.h>
 #include <cpuid.h>
+#include <dlfcn.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,7 +15,18 @@
 #include <ucontext.h>
 #include <unistd.h>
 
-static struct sigaction before;
+typedef int (*sigaction_t)(int, const struct sigaction *, struct sigaction *);
+
+// What the program wants done with segmentation faults that are not ours.
+static struct sigaction theirs;
+
+static int real_sigaction(int number, const struct sigaction *action, struct sigaction *old) {
+    static sigaction_t real;
+    if (real == NULL) {
+        real = (sigaction_t)dlsym(RTLD_NEXT, "sigaction");
+    }
+    return real(number, action, old);
+}
 
 static void set_cpuid(int allowed) {
     if (syscall(SYS_arch_prctl, ARCH_SET_CPUID, allowed) != 0) {
@@ -56,12 +68,32 @@ static void answer(int number, siginfo_t *info, void *context) {
         registers[REG_RIP] += 2;
         return;
     }
-    // Any other fault meets the handler that was there before; returning meets the fault again.
-    sigaction(SIGSEGV, &before, NULL);
+    // Any other fault is the program's own. Returning meets it again.
+    real_sigaction(SIGSEGV, &theirs, NULL);
+}
+
+// A program may install a handler of its own, as an X server does. It is noted, and ours stays.
+int sigaction(int number, const struct sigaction *action, struct sigaction *old) {
+    if (number != SIGSEGV) {
+        return real_sigaction(number, action, old);
+    }
+    struct sigaction was = theirs;
+    if (action != NULL) {
+        theirs = *action;
+    }
+    if (old != NULL) {
+        *old = was;
+    }
+    return 0;
+}
+
+sighandler_t signal(int number, sighandler_t handler) {
+    struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART}, old;
+    return sigaction(number, &action, &old) == 0 ? old.sa_handler : SIG_ERR;
 }
 
 __attribute__((constructor)) static void begin(void) {
     struct sigaction action = {.sa_sigaction = answer, .sa_flags = SA_SIGINFO | SA_NODEFER | SA_ONSTACK};
-    sigaction(SIGSEGV, &action, &before);
+    real_sigaction(SIGSEGV, &action, &theirs);
     set_cpuid(0);
 }
