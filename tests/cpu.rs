@@ -91,7 +91,7 @@ fn the_built_in_scenes_look_alike() {
     agree(&gpu, "temple", &coarse("temple"), 8, &size);
 }
 
-/// Compares all built-in scenes at full detail: `cargo test --release --test all full_detail -- --ignored --nocapture`.
+/// Compares all built-in scenes at full detail: `cargo test --profile traced --test all full_detail -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_built_in_scenes_look_alike_at_full_detail() {
@@ -336,7 +336,7 @@ fn paths_go_on_where_they_stopped_and_end_where_they_are_enough() {
     assert_eq!(counts, [(32, 2), (32, 2)]);
 }
 
-/// Prints figures and checks nothing: `cargo test --release --test all cpu:: -- --ignored --nocapture`.
+/// Prints figures and checks nothing: `cargo test --profile traced --test all cpu:: -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn rays_a_second() {

@@ -195,7 +195,7 @@ fn ray_queries_and_the_bvh_make_one_picture() {
     assert_eq!(report["trace"], "ray-query");
 }
 
-/// Takes minutes: `cargo test --release --test all three_tracers -- --ignored --nocapture`.
+/// Takes minutes: `cargo test --profile traced --test all three_tracers -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn the_three_tracers_agree_on_every_built_in_scene() {

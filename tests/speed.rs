@@ -1,7 +1,7 @@
 //! Measures the speed of simulated sessions and of reading their journals. It prints figures and has no limits. Needs
 //! no GPU. To run it by hand:
 //!
-//! `cargo test --release --no-default-features --test all speed:: -- --ignored --nocapture --test-threads 1`
+//! `cargo test --profile traced --no-default-features --test all speed:: -- --ignored --nocapture --test-threads 1`
 
 use std::time::Instant;
 

@@ -182,7 +182,7 @@ mod tests {
         (0..count).map(ray).collect()
     }
 
-    /// Figures, not verdicts: `cargo test --release --lib rays_a_second -- --ignored --nocapture`. With `CYCLOPEAN_RAYS` the
+    /// Figures, not verdicts: `cargo test --profile traced --lib rays_a_second -- --ignored --nocapture`. With `CYCLOPEAN_RAYS` the
     /// triangles and rays are written into that folder, for other tracers to be measured with.
     #[test]
     #[ignore = "a measurement"]
