@@ -529,7 +529,10 @@ fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["eyes_right"], true);
     assert_eq!(found["depth_right"], serde_json::json!([3, 4]));
-    assert!(found["intervals"]["frames"].as_u64().unwrap() > 20, "{found}");
+    // How many frames a busy machine draws in two seconds is its own affair; each interval between them must be counted.
+    let counted = found["intervals"]["histogram"].as_array().unwrap().iter().map(|bin| bin[1].as_u64().unwrap());
+    let frames = found["intervals"]["frames"].as_u64().unwrap();
+    assert!(frames > 2 && counted.sum::<u64>().abs_diff(frames) <= 1, "{found}");
 }
 
 #[test]

@@ -66,7 +66,9 @@ fn variances(scene: &Arc<Scene>, method: &str, seeds: u32, after: &[u32]) -> Vec
 #[test]
 fn a_still_view_converges_as_the_mean_of_its_frames() {
     let after = [1, 4, 16, 64];
-    for (method, most) in [("sssr-temporal", 1.15), ("stereo-temporal", 1.4)] {
+    // Eight seeds estimate a variance to about a tenth here, and the estimate depends on the processor: 1.12 and 1.15 were
+    // found on two.
+    for (method, most) in [("sssr-temporal", 1.25), ("stereo-temporal", 1.4)] {
         let found = variances(&hall(0.35), method, 8, &after);
         let times: Vec<f64> = found.iter().zip(after).map(|(v, n)| v * f64::from(n) / found[0]).collect();
         println!("{method}: variance times number of frames, over the variance of one frame: {times:.3?}");
