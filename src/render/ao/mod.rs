@@ -20,7 +20,7 @@ pub use views::{AoBindings, ViewsPass};
 /// The passes of one method.
 pub enum AoPass {
     Views(Box<ViewsPass>),
-    Rays(RaysPass),
+    Rays(Box<RaysPass>),
 }
 
 impl AoPass {
@@ -35,7 +35,7 @@ impl AoPass {
         rays: Option<&RayScene>,
     ) -> Result<Option<AoPass>, GpuError> {
         Ok(match (settings.method, rays) {
-            (Ao::RayTraced, Some(rays)) => Some(AoPass::Rays(RaysPass::new(gpu, needs, settings, rays)?)),
+            (Ao::RayTraced, Some(rays)) => Some(AoPass::Rays(Box::new(RaysPass::new(gpu, needs, settings, rays)?))),
             (ao, _) if ao.is_estimated() => Some(AoPass::Views(Box::new(ViewsPass::new(gpu, settings)?))),
             _ => None,
         })
