@@ -14,6 +14,7 @@ const VARIANTS: &[(&str, &str)] = &[
     ("ao_obscurance.comp", "LISTED"),
     ("ao_rays.comp", "RAY_QUERY"),
     ("gather.comp", "RAY_QUERY"),
+    ("gbuffer.frag", "EMISSION"),
     ("indirect.comp", "RAY_QUERY"),
     ("path_rays.comp", "RAY_QUERY"),
     ("path_trace.comp", "RAY_QUERY"),

@@ -2,7 +2,7 @@
 //!
 //! Everything else of this folder is made from a [`Gpu`] and holds an `Rc` to it.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, c_void};
 use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -405,10 +405,6 @@ fn watch(
     Ok((functions, messenger))
 }
 
-/// Warnings about what is done on purpose. Layers since 1.4 warn of a fragment shader's output for which there is no attachment;
-/// the G-buffer leaves the attachment of emission out where nothing emits.
-const EXPECTED: &[&str] = &["Undefined-Value-ShaderOutputNotConsumed-DynamicRendering"];
-
 /// Prints a message of the validation layer and keeps it for [`Gpu::check_validation`].
 unsafe extern "system" fn heard(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
@@ -417,15 +413,12 @@ unsafe extern "system" fn heard(
     user: *mut c_void,
 ) -> vk::Bool32 {
     // SAFETY: Vulkan passes the documented callback data and our own pointer to a living mutex (see `watch`).
-    let (id, text, messages) = unsafe {
-        let text = |words: *const c_char| {
-            if words.is_null() { String::new() } else { CStr::from_ptr(words).to_string_lossy().into_owned() }
-        };
-        (text((*data).p_message_id_name), text((*data).p_message), &*user.cast::<Mutex<Vec<String>>>())
+    let (text, messages) = unsafe {
+        let message = (*data).p_message;
+        let text =
+            if message.is_null() { String::new() } else { CStr::from_ptr(message).to_string_lossy().into_owned() };
+        (text, &*user.cast::<Mutex<Vec<String>>>())
     };
-    if EXPECTED.contains(&id.as_str()) {
-        return vk::FALSE;
-    }
     terminal::say(&format!("vulkan validation: {text}\n"));
     messages.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     vk::FALSE

@@ -39,13 +39,14 @@ impl GBufferPass {
     /// When a Vulkan call fails.
     pub fn new(gpu: &Rc<Gpu>, resources: &SceneResources, needs: &FrameNeeds) -> Result<GBufferPass, GpuError> {
         let formats = [vk::Format::R32G32B32A32_UINT, vk::Format::R32_UINT, vk::Format::R16G16B16A16_SFLOAT];
+        let fragment = if needs.emission { &shaders::GBUFFER_EMISSION_FRAG } else { &shaders::GBUFFER_FRAG };
         let pass = RasterPass::new(
             gpu,
             &RasterPassDesc {
                 name: "gbuffer",
                 vertex: &shaders::GBUFFER_VERT.words(),
-                fragment: &shaders::GBUFFER_FRAG.words(),
-                specialization: &[u32::from(needs.emission), u32::from(needs.mask)],
+                fragment: &fragment.words(),
+                specialization: &[u32::from(needs.mask)],
                 vertex_stride: size_of::<Vertex>() as u32,
                 attributes: &ATTRIBUTES,
                 colors: &formats[..if needs.emission { 3 } else { 2 }],
