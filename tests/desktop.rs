@@ -501,6 +501,26 @@ fn without_a_desktop_one_sentence_says_so() {
 }
 
 #[test]
+fn without_the_keyboard_library_one_sentence_says_so() {
+    let Some(desk) = Desk::new("library") else { return };
+    let lab = lab(&short("consistency"));
+    // The loader finds these first, and cannot read them.
+    for name in ["libxkbcommon-x11.so.0", "libxkbcommon-x11.so"] {
+        std::fs::write(lab.path(name), "no library").unwrap();
+    }
+    let run =
+        |args: &[&str]| desk.on(lab.command(args).env("LD_LIBRARY_PATH", lab.path(""))).wait_with_output().unwrap();
+    let output = run(&["run", "study.json", "--participant", "p1", "--display", "desktop"]);
+    let said = stderr(&output);
+    assert_eq!((output.status.code(), said.trim().lines().count()), (Some(1), 1), "{said}");
+    assert!(said.contains("libxkbcommon-x11.so.0") && said.contains("cyclopean doctor"), "{said}");
+    assert!(!lab.sessions().exists(), "a session was begun");
+    let doctor = run(&["doctor"]);
+    let found = String::from_utf8_lossy(&doctor.stdout).into_owned();
+    assert!(found.contains("apt-get install libxkbcommon-x11-0"), "{found}");
+}
+
+#[test]
 fn a_display_test_measures_intervals_and_asks_for_eyes_and_depth() {
     let Some(desk) = Desk::new("test") else { return };
     let lab = Lab { dir: tempfile::tempdir().unwrap() };

@@ -6,7 +6,7 @@ use clap::Args as ClapArgs;
 use serde::Serialize;
 
 use crate::console::Console;
-use crate::display::desktop::monitors;
+use crate::display::desktop::{ShellError, monitors};
 use crate::display::openxr::Runtime;
 use crate::gpu::{Gpu, GpuError, list_devices};
 
@@ -141,6 +141,7 @@ const MEND_LOADER: &str = "apt-get install libopenxr-loader1 (Windows: your head
 const MEND_HEADSET: &str = "start your headset's software and make it the active OpenXR runtime, or set XR_RUNTIME_JSON; then connect the headset";
 
 fn display() -> Finding {
+    let mut mend = "run inside a desktop session; only the window needs it";
     let (ok, found) = match monitors() {
         Ok(monitors) if monitors.is_empty() => (false, "a desktop without a monitor".to_owned()),
         Ok(monitors) => {
@@ -150,13 +151,13 @@ fn display() -> Finding {
             });
             (true, names.collect::<Vec<_>>().join("; "))
         }
-        Err(error) => (false, error.to_string().replace("; `cyclopean doctor` says more", "")),
+        Err(error) => {
+            if matches!(error, ShellError::NoKeyboardLibrary) {
+                mend = "apt-get install libxkbcommon-x11-0 (Fedora, Arch: libxkbcommon-x11)";
+            }
+            let words = error.to_string();
+            (false, words.split("; `cyclopean doctor`").next().unwrap_or(&words).to_owned())
+        }
     };
-    Finding {
-        what: "monitors",
-        ok,
-        needed: false,
-        found,
-        mend: Some("run inside a desktop session; only the window needs it"),
-    }
+    Finding { what: "monitors", ok, needed: false, found, mend: Some(mend) }
 }

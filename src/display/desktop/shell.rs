@@ -69,6 +69,8 @@ impl MonitorInfo {
 pub enum ShellError {
     #[error("there is no desktop to open a window on ({0}); `cyclopean doctor` says more")]
     NoDesktop(String),
+    #[error("a window on X needs libxkbcommon-x11.so.0, which is not installed; `cyclopean doctor` names its package")]
+    NoKeyboardLibrary,
     #[error("no monitor is called `{wanted}` (there are: {known}); `cyclopean doctor` lists them")]
     NoMonitor { wanted: String, known: String },
     #[error("the window could not be opened: {0}")]
@@ -172,12 +174,18 @@ impl Shell {
 }
 
 fn event_loop(is_beside: bool) -> Result<EventLoop<()>, ShellError> {
-    // The messages of winit name a line of its source, so this is checked here.
-    let is_there = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
-        .iter()
-        .any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));
-    if cfg!(target_os = "linux") && !is_there {
-        return Err(ShellError::NoDesktop("neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned()));
+    // The messages of winit name a line of its source, and a missing library makes it panic, so both are checked here.
+    #[cfg(target_os = "linux")]
+    {
+        let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+        if !["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(is_set) {
+            if !is_set("DISPLAY") {
+                return Err(ShellError::NoDesktop("neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned()));
+            }
+            if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
+                return Err(ShellError::NoKeyboardLibrary);
+            }
+        }
     }
     let mut builder = EventLoop::builder();
     #[cfg(target_os = "linux")]
