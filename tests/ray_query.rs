@@ -14,6 +14,7 @@ use cyclopean::render::{Ao, AoSettings, Method, Rendered, Renderer, Request, Set
 use cyclopean::scene::{self, Fallback, Scene};
 
 use crate::pictures::{self, deviations, gpu, lattices, settings};
+use crate::xr::{is_there, repository};
 
 fn render(gpu: &Rc<Gpu>, scene: &Arc<Scene>, method: &str, settings: &Settings) -> Rendered {
     let camera = scene.views[0].stereo_camera(settings.aspect());
@@ -145,29 +146,20 @@ fn inside_every_scene() {
     println!("all three agree");
 }
 
-fn root(script: &str) -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/xr").join(script)
-}
-
-/// Whether there is a root. If not, prints why, or panics if `CYCLOPEAN_REQUIRE_XR` or `CI` forbids to skip the test.
-fn is_there() -> bool {
-    let found = Command::new(root("root")).arg("--check").output().expect("tests/xr/root runs");
-    let why = String::from_utf8_lossy(&found.stderr).trim().to_owned();
-    if !found.status.success() {
-        let required = ["CYCLOPEAN_REQUIRE_XR", "CI"]
-            .iter()
-            .any(|v| std::env::var_os(v).is_some_and(|v| !v.is_empty() && v != "0"));
-        assert!(!required, "{why}");
-        println!("skipped: {why}");
-    }
-    found.status.success()
-}
-
 fn run_inside(program: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(root("inside"));
-    command.arg(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(repository().join("tests/xr/inside"));
+    command.arg(program).args(arguments).current_dir(repository());
     command.env("CYCLOPEAN_VALIDATION", "1").env("CYCLOPEAN_XR_BIND", program.parent().expect("a folder"));
     command.output().expect("tests/xr/inside runs")
+}
+
+/// Runs an ignored test of this file inside the root, and prints what it prints. `last` is its last line.
+fn passes_inside(test: &str, last: &str) {
+    let this = std::env::current_exe().expect("a path");
+    let done = run_inside(&this, &["--exact", &format!("ray_query::{test}"), "--ignored", "--nocapture"]);
+    let (out, log) = (text(&done.stdout), text(&done.stderr));
+    assert!(done.status.success() && out.contains(last), "{out}\n{log}");
+    println!("{out}");
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -179,11 +171,7 @@ fn ray_queries_and_the_bvh_make_one_picture() {
     if !is_there() {
         return;
     }
-    let this = std::env::current_exe().expect("a path");
-    let done = run_inside(&this, &["--exact", "ray_query::inside", "--ignored", "--nocapture"]);
-    let (out, log) = (text(&done.stdout), text(&done.stderr));
-    assert!(done.status.success() && out.contains("both ways agree"), "{out}\n{log}");
-    println!("{out}");
+    passes_inside("inside", "both ways agree");
 
     let folder = tempfile::tempdir().expect("a temporary folder");
     let to = folder.path().display().to_string();
@@ -202,11 +190,7 @@ fn the_three_tracers_agree_on_every_built_in_scene() {
     if !is_there() {
         return;
     }
-    let this = std::env::current_exe().expect("a path");
-    let done = run_inside(&this, &["--exact", "ray_query::inside_every_scene", "--ignored", "--nocapture"]);
-    let (out, log) = (text(&done.stdout), text(&done.stderr));
-    assert!(done.status.success() && out.contains("all three agree"), "{out}\n{log}");
-    println!("{out}");
+    passes_inside("inside_every_scene", "all three agree");
 }
 
 #[test]

@@ -7,6 +7,8 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::program::stderr;
+
 /// Cases that fail for a known reason. Whoever corrects one removes it from this list.
 const KNOWN: &[&str] = &[];
 
@@ -20,10 +22,6 @@ fn stress(folder: &Path, arguments: &[&str]) -> (Output, Value) {
         .expect("the program starts");
     let report = serde_json::from_slice(&done.stdout).unwrap_or(Value::Null);
     (done, report)
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[test]

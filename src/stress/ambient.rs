@@ -60,8 +60,8 @@ fn look(
     of: impl Fn(f32) -> f64,
 ) -> Result<(), RenderError> {
     let ao = settings.ao.method.name();
-    let shot = bench.render(&format!("{name} {ao}"), scene, "stereo", settings)?;
-    let Some(seen) = &shot.ambient_visibility else {
+    let rendered = bench.render(&format!("{name} {ao}"), scene, "stereo", settings)?;
+    let Some(seen) = &rendered.ambient_visibility else {
         worst.include(f64::INFINITY, format!("{name}, {ao}: there is no visibility"));
         return Ok(());
     };

@@ -99,7 +99,7 @@ impl Bench {
         let ambient_visibility = prepared.ambient_visibility()?;
         let values = values.chain(ambient_visibility.iter().flatten().flatten());
         let read = values.filter(|v| !v.is_finite()).count() as u64;
-        let shot = Rc::new(CasePicture {
+        let rendered = Rc::new(CasePicture {
             label: format!("{label} {method}"),
             linear,
             reflection,
@@ -108,8 +108,8 @@ impl Bench {
             counters,
             not_finite: counted.max(read),
         });
-        self.shots.push(Rc::clone(&shot));
-        Ok(shot)
+        self.shots.push(Rc::clone(&rendered));
+        Ok(rendered)
     }
 
     /// Prepares a view and a method for many frames. Their pictures are not kept.

@@ -134,7 +134,9 @@ pub fn run(case: &Case, bench: &mut Bench) -> Result<Outcome, RenderError> {
         Err(error) => (None, String::new(), Some(error.to_string())),
         Ok(worst) => {
             let error = match &not_finite {
-                Some(shot) => Some(format!("{} values of `{}` are not finite", shot.not_finite, shot.label)),
+                Some(rendered) => {
+                    Some(format!("{} values of `{}` are not finite", rendered.not_finite, rendered.label))
+                }
                 None => worst.is_empty().then(|| "the case measured nothing".to_owned()),
             };
             (Some(worst.value), worst.at, error)

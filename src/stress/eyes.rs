@@ -87,8 +87,8 @@ fn one_place(bench: &mut Bench) -> Result<Worst, RenderError> {
     for roughness in [0.0, 0.3] {
         let hall = Arc::new(hall(roughness, 0.0));
         for method in ALL {
-            let shot = bench.render(&format!("r={roughness}"), &hall, method, &shared(0.1))?;
-            let [left, right] = &shot.linear.eyes;
+            let rendered = bench.render(&format!("r={roughness}"), &hall, method, &shared(0.1))?;
+            let [left, right] = &rendered.linear.eyes;
             worst.include(unequal(left, right), format!("roughness {roughness}, {method}"));
         }
     }
@@ -163,8 +163,8 @@ fn canted(bench: &mut Bench) -> Result<Worst, RenderError> {
     let reference = bench.render_from("canted", &scene, "path-traced@256", &settings, &camera)?;
     let mut worst = Worst::largest();
     for method in ["sssr@16", "stereo@16"] {
-        let shot = bench.render_from("canted", &scene, method, &settings, &camera)?;
-        worst.include(relative_squared_error(&shot.reflection, &reference.reflection), method);
+        let rendered = bench.render_from("canted", &scene, method, &settings, &camera)?;
+        worst.include(relative_squared_error(&rendered.reflection, &reference.reflection), method);
     }
     Ok(worst)
 }
@@ -174,8 +174,8 @@ fn far_apart(bench: &mut Bench) -> Result<Worst, RenderError> {
     let settings = Settings { edge_fade: 0.1, ..settings(96, 64) };
     let reference = bench.render("apart", &hall, "path-traced@256", &settings)?;
     let mut error = |method: &str| -> Result<f64, RenderError> {
-        let shot = bench.render("apart", &hall, method, &settings)?;
-        Ok(relative_squared_error(&shot.reflection, &reference.reflection))
+        let rendered = bench.render("apart", &hall, method, &settings)?;
+        Ok(relative_squared_error(&rendered.reflection, &reference.reflection))
     };
     let (baseline, stereo) = (error("sssr@4")?, error("stereo@4")?);
     let mut worst = Worst::largest();

@@ -87,8 +87,8 @@ fn dark(lights: Vec<Light>) -> Scene {
 fn every_method(bench: &mut Bench, label: &str, scene: Scene, worst: &mut Worst) -> Result<(), RenderError> {
     let scene = Arc::new(scene);
     for method in METHODS {
-        let shot = bench.render(label, &scene, method, &settings(48, 32))?;
-        worst.include(most(&shot.linear), format!("{label}, {method}"));
+        let rendered = bench.render(label, &scene, method, &settings(48, 32))?;
+        worst.include(most(&rendered.linear), format!("{label}, {method}"));
     }
     Ok(())
 }
@@ -148,8 +148,8 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
         floor.lights = vec![sun.into()];
         let floor = Arc::new(floor);
         let lit = bench.render("no shadows", &floor, "sssr", &Settings { shadows: false, ..settings(96, 64) })?;
-        let shot = bench.render("shadows", &floor, "sssr", &settings(96, 64))?;
-        let differences = shot.linear.eyes.iter().flatten().zip(lit.linear.eyes.iter().flatten());
+        let rendered = bench.render("shadows", &floor, "sssr", &settings(96, 64))?;
+        let differences = rendered.linear.eyes.iter().flatten().zip(lit.linear.eyes.iter().flatten());
         let largest = differences.map(|(a, b)| f64::from((a[0] - b[0]).abs())).fold(0.0, f64::max);
         worst.include(largest / most(&lit.linear).max(1e-9), format!("{degrees} degrees"));
     }
@@ -182,8 +182,8 @@ fn sizes(bench: &mut Bench) -> Result<Worst, RenderError> {
         let floor = Arc::new(floor);
         for method in METHODS {
             let lit = bench.render(label, &floor, method, &Settings { shadows: false, ..settings(48, 32) })?;
-            let shot = bench.render(label, &floor, method, &settings(48, 32))?;
-            let mut difference = shot.linear.clone();
+            let rendered = bench.render(label, &floor, method, &settings(48, 32))?;
+            let mut difference = rendered.linear.clone();
             for (d, l) in difference.eyes.iter_mut().flatten().zip(lit.linear.eyes.iter().flatten()) {
                 *d = [0, 1, 2].map(|c| d[c] - l[c]);
             }

@@ -98,8 +98,11 @@ fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
         for nv in TILTS {
             let floor = tilted(roughness, nv);
             for method in ["sssr", "path-traced@1"] {
-                let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, method, &white(16, 16))?;
-                worst.include(farthest_from(&shot.linear, 1.0), format!("roughness {roughness}, n·v {nv}, {method}"));
+                let rendered = bench.render(&format!("r={roughness} nv={nv}"), &floor, method, &white(16, 16))?;
+                worst.include(
+                    farthest_from(&rendered.linear, 1.0),
+                    format!("roughness {roughness}, n·v {nv}, {method}"),
+                );
             }
         }
     }
@@ -110,9 +113,9 @@ fn mirror_ball(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     let ball = Arc::new(furnace(0.0));
     for method in ["sssr", "stereo", "path-traced@1"] {
-        let shot = bench.render("ball", &ball, method, &white(96, 96))?;
+        let rendered = bench.render("ball", &ball, method, &white(96, 96))?;
         let off = |t: &&[f32; 3]| t.iter().any(|v| (v - 1.0).abs() > 2e-3);
-        let count = shot.linear.eyes.iter().flatten().filter(off).count();
+        let count = rendered.linear.eyes.iter().flatten().filter(off).count();
         worst.include(100.0 * count as f64 / (2.0 * 96.0 * 96.0), method);
     }
     Ok(worst)
@@ -124,8 +127,8 @@ fn gain(bench: &mut Bench) -> Result<Worst, RenderError> {
         let roughness = f32::from(step) / 10.0;
         let ball = Arc::new(furnace(roughness));
         for method in ["sssr", "stereo", "path-traced@16"] {
-            let shot = bench.render(&format!("r={roughness}"), &ball, method, &white(33, 33))?;
-            worst.include(most(&shot.reflection), format!("roughness {roughness}, {method}"));
+            let rendered = bench.render(&format!("r={roughness}"), &ball, method, &white(33, 33))?;
+            worst.include(most(&rendered.reflection), format!("roughness {roughness}, {method}"));
         }
     }
     Ok(worst)
@@ -148,11 +151,11 @@ fn lobe_albedo(bench: &mut Bench) -> Result<Worst, RenderError> {
             let floor = tilted(roughness, nv);
             // This is the albedo in the middle of the view. At its border, n·v differs by 0.001.
             let expected = albedo(nv.min(0.9999), f64::from(roughness));
-            let shot = bench.render(&format!("r={roughness} nv={nv}"), &floor, "path-traced@64", &white(16, 16))?;
-            let off = (mean(&shot.reflection) / expected - 1.0).abs();
+            let rendered = bench.render(&format!("r={roughness} nv={nv}"), &floor, "path-traced@64", &white(16, 16))?;
+            let off = (mean(&rendered.reflection) / expected - 1.0).abs();
             worst.include(
                 off,
-                format!("roughness {roughness}, n·v {nv}: {:.4} and {expected:.4}", mean(&shot.reflection)),
+                format!("roughness {roughness}, n·v {nv}: {:.4} and {expected:.4}", mean(&rendered.reflection)),
             );
         }
     }
@@ -163,13 +166,13 @@ fn loss(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::smallest();
     for roughness in [0.0f32, 0.5, 1.0] {
         for nv in TILTS {
-            let shot = bench.render(
+            let rendered = bench.render(
                 &format!("r={roughness} nv={nv}"),
                 &tilted(roughness, nv),
                 "path-traced@16",
                 &white(16, 16),
             )?;
-            worst.include(mean(&shot.linear), format!("roughness {roughness}, n·v {nv}"));
+            worst.include(mean(&rendered.linear), format!("roughness {roughness}, n·v {nv}"));
         }
     }
     Ok(worst)

@@ -111,7 +111,7 @@ fn zero_tangents(bench: &mut Bench) -> Result<Worst, RenderError> {
             if !scene.repairs.iter().any(|r| r.contains(MESH) && r.contains("tangents")) {
                 worst.include(f64::INFINITY, format!("the loader does not name the mesh: {:?}", scene.repairs));
             }
-            each_method(bench, scene, &mut worst, |shot| farthest_from(&shot.linear, 1.0))?;
+            each_method(bench, scene, &mut worst, |rendered| farthest_from(&rendered.linear, 1.0))?;
         }
     }
     Ok(worst)
@@ -125,7 +125,7 @@ fn turned_normal_map(bench: &mut Bench) -> Result<Worst, RenderError> {
         let square = Square { normal_map: maps.concat(), ..Square::new(roughness) };
         match square.load(look(DVec3::new(0.1, 0.02, 0.9), DVec3::ZERO)) {
             Err(error) => worst.include(f64::INFINITY, error.to_string()),
-            Ok(scene) => each_method(bench, scene, &mut worst, |shot| most(&shot.linear))?,
+            Ok(scene) => each_method(bench, scene, &mut worst, |rendered| most(&rendered.linear))?,
         }
     }
     Ok(worst)
@@ -140,8 +140,8 @@ fn each_method(
     let scene = Arc::new(scene);
     for method in ["sssr", "stereo", "path-traced@64"] {
         let settings = Settings { fallback: Some(Fallback::Environment), ..settings(33, 17) };
-        let shot = bench.render("square", &scene, method, &settings)?;
-        worst.include(measure(&shot), method);
+        let rendered = bench.render("square", &scene, method, &settings)?;
+        worst.include(measure(&rendered), method);
     }
     Ok(())
 }

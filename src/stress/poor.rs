@@ -64,8 +64,8 @@ fn empty(bench: &mut Bench) -> Result<Worst, RenderError> {
     let empty = Arc::new(scene(Vec::new(), 0.25, view()));
     let mut worst = Worst::largest();
     for method in METHODS {
-        let shot = bench.render("empty", &empty, method, &settings(33, 17))?;
-        worst.include(farthest_from(&shot.linear, 0.25), method);
+        let rendered = bench.render("empty", &empty, method, &settings(33, 17))?;
+        worst.include(farthest_from(&rendered.linear, 0.25), method);
     }
     Ok(worst)
 }
@@ -74,8 +74,8 @@ fn dark(bench: &mut Bench) -> Result<Worst, RenderError> {
     let dark = Arc::new(scene(vec![(plane(1), material(0.0), DAffine3::IDENTITY)], 0.0, view()));
     let mut worst = Worst::largest();
     for method in METHODS {
-        let shot = bench.render("dark", &dark, method, &settings(33, 17))?;
-        worst.include(most(&shot.linear), method);
+        let rendered = bench.render("dark", &dark, method, &settings(33, 17))?;
+        worst.include(most(&rendered.linear), method);
     }
     Ok(worst)
 }
@@ -87,8 +87,8 @@ fn one_triangle(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::largest();
     for method in METHODS {
         let settings = crate::render::Settings { fallback: Some(Fallback::Environment), ..settings(33, 17) };
-        let shot = bench.render("triangle", &one, method, &settings)?;
-        worst.include(farthest_from(&shot.linear, 1.0), method);
+        let rendered = bench.render("triangle", &one, method, &settings)?;
+        worst.include(farthest_from(&rendered.linear, 1.0), method);
     }
     Ok(worst)
 }
@@ -122,8 +122,8 @@ fn light_in_a_surface(bench: &mut Bench) -> Result<Worst, RenderError> {
     let lit = Arc::new(lit);
     let mut worst = Worst::largest();
     for method in METHODS {
-        let shot = bench.render("light", &lit, method, &settings(33, 17))?;
-        worst.include(most(&shot.linear), method);
+        let rendered = bench.render("light", &lit, method, &settings(33, 17))?;
+        worst.include(most(&rendered.linear), method);
     }
     Ok(worst)
 }

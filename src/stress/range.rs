@@ -72,8 +72,8 @@ fn overflow(bench: &mut Bench) -> Result<Worst, RenderError> {
     for (label, scene) in scenes {
         for method in METHODS {
             let white = Settings { fallback: Some(Fallback::Environment), ..settings(48, 32) };
-            let shot = bench.render(&label, &scene, method, &white)?;
-            worst.include(most(&shot.linear), format!("{label}, {method}"));
+            let rendered = bench.render(&label, &scene, method, &white)?;
+            worst.include(most(&rendered.linear), format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -83,8 +83,8 @@ fn counted(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut worst = Worst::smallest();
     for (label, scene) in too_bright() {
         for method in METHODS {
-            let shot = bench.render(&label, &scene, method, &settings(48, 32))?;
-            worst.include(shot.counters.clamped as f64, format!("{label}, {method}"));
+            let rendered = bench.render(&label, &scene, method, &settings(48, 32))?;
+            worst.include(rendered.counters.clamped as f64, format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -121,8 +121,8 @@ fn stiff(bench: &mut Bench) -> Result<Worst, RenderError> {
         // The bound of bright taps is left out, because it is biased on purpose (docs/rendering.md). This case is about
         // the arithmetic.
         let unbounded = Settings { firefly: Some(Firefly::None), ..settings(96, 64) };
-        let shot = bench.render("stiff", &contrast, method, &unbounded)?;
-        worst.include(relative_bias(&shot.reflection, &reference.reflection).abs(), method);
+        let rendered = bench.render("stiff", &contrast, method, &unbounded)?;
+        worst.include(relative_bias(&rendered.reflection, &reference.reflection).abs(), method);
     }
     Ok(worst)
 }

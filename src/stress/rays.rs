@@ -90,8 +90,8 @@ fn self_hits(bench: &mut Bench, methods: &[&str]) -> Result<Worst, RenderError> 
             let floor = Arc::new(floor(roughness, degrees));
             for &method in methods {
                 let label = format!("{degrees}° r={roughness}");
-                let shot = bench.render(&label, &floor, method, &settings(65, 33))?;
-                let c = shot.counters;
+                let rendered = bench.render(&label, &floor, method, &settings(65, 33))?;
+                let c = rendered.counters;
                 let hits = 100.0 * (c.hits + c.behind + c.back_facing) as f64 / c.rays as f64;
                 worst.include(hits, format!("{label}, {method}: {} rays", c.rays));
             }
@@ -108,8 +108,8 @@ fn grazing(bench: &mut Bench) -> Result<Worst, RenderError> {
             for method in ["sssr", "path-traced@16"] {
                 let white = Settings { fallback: Some(Fallback::Environment), ..settings(33, 17) };
                 let label = format!("{degrees}° r={roughness}");
-                let shot = bench.render(&label, &floor, method, &white)?;
-                worst.include(most(&shot.linear), format!("{label}, {method}"));
+                let rendered = bench.render(&label, &floor, method, &white)?;
+                worst.include(most(&rendered.linear), format!("{label}, {method}"));
             }
         }
     }
@@ -138,8 +138,8 @@ fn along_screen_axes(bench: &mut Bench) -> Result<Worst, RenderError> {
         // The size is odd, so that the ray of the middle pixel is along the axis.
         let reference = bench.render(name, &corner, "path-traced@1", &settings(97, 97))?;
         for method in ["sssr", "stereo", "sssr-thickness"] {
-            let shot = bench.render(name, &corner, method, &settings(97, 97))?;
-            worst.include(differing_percent(&shot.linear, &reference.linear, 0.02), format!("{name}, {method}"));
+            let rendered = bench.render(name, &corner, method, &settings(97, 97))?;
+            worst.include(differing_percent(&rendered.linear, &reference.linear, 0.02), format!("{name}, {method}"));
         }
     }
     Ok(worst)
@@ -154,8 +154,8 @@ fn along_view_axis(bench: &mut Bench) -> Result<Worst, RenderError> {
         let held = Arc::new(scene(vec![mirror.clone(), wall.clone()], 0.0, view));
         for method in ["sssr", "stereo", "sssr-thickness"] {
             let label = format!("{distance} m, {ipd_m} m between the eyes");
-            let shot = bench.render(&label, &held, method, &settings(65, 65))?;
-            let c = shot.counters;
+            let rendered = bench.render(&label, &held, method, &settings(65, 65))?;
+            let c = rendered.counters;
             let answered = 100.0 * (c.hits + c.sky) as f64 / c.rays as f64;
             worst.include(answered, format!("{label}, {method}: {} rays", c.rays));
         }
@@ -183,19 +183,19 @@ fn through_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
         let floor = Arc::new(scene(parts, 0.0, view));
         let reference = bench.render("floor", &floor, "path-traced@1", &settings(97, 65))?;
         for method in ["sssr", "stereo", "sssr-thickness"] {
-            let shot = bench.render("floor", &floor, method, &settings(97, 65))?;
-            worst.include(differing_percent(&known(&shot, &reference), &reference.linear, 0.02), method);
+            let rendered = bench.render("floor", &floor, method, &settings(97, 65))?;
+            worst.include(differing_percent(&known(&rendered, &reference), &reference.linear, 0.02), method);
         }
     }
     Ok(worst)
 }
 
 /// The picture, with the reference's pixels where the reflection is unknown.
-fn known(shot: &CasePicture, reference: &CasePicture) -> crate::picture::StereoPicture {
-    let mut out = shot.linear.clone();
+fn known(rendered: &CasePicture, reference: &CasePicture) -> crate::picture::StereoPicture {
+    let mut out = rendered.linear.clone();
     for eye in 0..2 {
         for (i, texel) in out.eyes[eye].iter_mut().enumerate() {
-            if shot.reflection.eyes[eye][i] == [0.0; 3] && reference.reflection.eyes[eye][i] != [0.0; 3] {
+            if rendered.reflection.eyes[eye][i] == [0.0; 3] && reference.reflection.eyes[eye][i] != [0.0; 3] {
                 *texel = reference.linear.eyes[eye][i];
             }
         }
@@ -212,10 +212,10 @@ fn cut_by_near_plane(bench: &mut Bench) -> Result<Worst, RenderError> {
         for method in ["sssr", "stereo", "path-traced@1"] {
             let white = Settings { fallback: Some(Fallback::Environment), ..settings(65, 49) };
             let label = format!("{height} m above");
-            let shot = bench.render(&label, &cut, method, &white)?;
-            let mut flat = shot.linear.clone();
+            let rendered = bench.render(&label, &cut, method, &white)?;
+            let mut flat = rendered.linear.clone();
             flat.eyes.iter_mut().flatten().for_each(|t| *t = [1.0; 3]);
-            worst.include(differing_percent(&shot.linear, &flat, 2e-3), format!("{label}, {method}"));
+            worst.include(differing_percent(&rendered.linear, &flat, 2e-3), format!("{label}, {method}"));
         }
     }
     Ok(worst)

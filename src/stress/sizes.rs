@@ -56,8 +56,8 @@ fn mirror(bench: &mut Bench) -> Result<Worst, RenderError> {
         for method in ["sssr", "stereo", "path-traced@1"] {
             let white = Settings { fallback: Some(Fallback::Environment), ..settings(width, height) };
             let label = format!("{width}x{height}");
-            let shot = bench.render(&label, &floor, method, &white)?;
-            worst.include(farthest_from(&shot.linear, 1.0), format!("{label}, {method}"));
+            let rendered = bench.render(&label, &floor, method, &white)?;
+            worst.include(farthest_from(&rendered.linear, 1.0), format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -69,8 +69,8 @@ fn against_reference(bench: &mut Bench) -> Result<Worst, RenderError> {
     let mut error = |(width, height): (u32, u32), method: &str| -> Result<f64, RenderError> {
         let (label, settings) = (format!("{width}x{height}"), settings(width, height));
         let reference = bench.render(&label, &stripes, "path-traced@256", &settings)?;
-        let shot = bench.render(&label, &stripes, method, &settings)?;
-        Ok(relative_squared_error(&shot.reflection, &reference.reflection))
+        let rendered = bench.render(&label, &stripes, method, &settings)?;
+        Ok(relative_squared_error(&rendered.reflection, &reference.reflection))
     };
     for (odd, even) in [((63, 47), (64, 48)), ((65, 64), (64, 64)), ((127, 83), (128, 84))] {
         // The published estimator has about the same error at all sizes. The error of the default one is so small that
@@ -91,8 +91,8 @@ fn lines(bench: &mut Bench) -> Result<Worst, RenderError> {
     for (width, height) in [(1, 64), (64, 1), (1, 1)] {
         for method in ["sssr@2", "stereo", "path-traced@4"] {
             let label = format!("{width}x{height}");
-            let shot = bench.render(&label, &hall, method, &settings(width, height))?;
-            worst.include(most(&shot.linear), format!("{label}, {method}"));
+            let rendered = bench.render(&label, &hall, method, &settings(width, height))?;
+            worst.include(most(&rendered.linear), format!("{label}, {method}"));
         }
     }
     Ok(worst)
@@ -107,8 +107,8 @@ fn wide(bench: &mut Bench) -> Result<Worst, RenderError> {
         let ball = Arc::new(ball);
         for method in ["sssr", "stereo", "path-traced@16"] {
             let white = Settings { fallback: Some(Fallback::Environment), ..settings(65, 65) };
-            let shot = bench.render(&format!("{degrees}°"), &ball, method, &white)?;
-            worst.include(most(&shot.linear), format!("{degrees}°, {method}"));
+            let rendered = bench.render(&format!("{degrees}°"), &ball, method, &white)?;
+            worst.include(most(&rendered.linear), format!("{degrees}°, {method}"));
         }
     }
     Ok(worst)

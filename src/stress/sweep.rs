@@ -130,14 +130,14 @@ pub fn run(sweep: &Sweep, bench: &mut Bench) -> Result<SweepResult, RenderError>
         let label = format!("{}={value}", sweep.name);
         let reference = bench.render(&label, &scene, REFERENCE, &settings)?;
         for method in COMPARED {
-            let shot = bench.render(&label, &scene, method, &settings)?;
-            let c = shot.counters;
+            let rendered = bench.render(&label, &scene, method, &settings)?;
+            let c = rendered.counters;
             rows.push(Row {
                 value,
                 method,
-                relative_squared_error: relative_squared_error(&shot.reflection, &reference.reflection),
-                relative_mse: relative_mse(&shot.reflection, &reference.reflection),
-                relative_bias: relative_bias(&shot.reflection, &reference.reflection),
+                relative_squared_error: relative_squared_error(&rendered.reflection, &reference.reflection),
+                relative_mse: relative_mse(&rendered.reflection, &reference.reflection),
+                relative_bias: relative_bias(&rendered.reflection, &reference.reflection),
                 unknown_percent: 100.0 * c.missed() as f64 / c.rays.max(1) as f64,
             });
         }

@@ -11,6 +11,8 @@ use cyclopean::study::store::Store;
 use cyclopean::study::validate;
 use cyclopean_analysis::journal::record::Film;
 
+pub use crate::program::stderr;
+
 /// Renders small real pictures whose colours follow from the request.
 #[derive(Default)]
 pub struct Painter {
@@ -158,10 +160,6 @@ pub fn mos() -> Option<PathBuf> {
     assert!(std::env::var_os("CI").is_none(), "mos cannot be built: {why}");
     println!("skipped: `mos` is not beside {} and cannot be built: {why}", program.display());
     None
-}
-
-pub fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// A study in which these scenes are rated on five steps, with short times.

@@ -82,13 +82,13 @@ impl Pictures {
                     let file = file.first().display();
                     failure(format!("{file} does not say how wide its view is: run `cyclopean prepare` again"))
                 })?;
-                let shot = upload(headset, file.frames.len(), width_deg, |frame| {
+                let uploaded = upload(headset, file.frames.len(), width_deg, |frame| {
                     let eyes = StereoTexels::read(&file.frames[frame])?;
                     fits(file, width_deg, eyes.aspect(), limits)?;
                     let size = (eyes.width, eyes.height);
                     Ok(Frame { path: &file.frames[frame], size, texels: eyes.texels.into() })
                 })?;
-                out.stereo.push(shot);
+                out.stereo.push(uploaded);
             }
             return Ok(out);
         }
@@ -100,7 +100,7 @@ impl Pictures {
                 let (a, b) = (beside.first().display(), of.first().display());
                 return Err(failure(format!("{a} and {b} have different numbers of frames")));
             }
-            let shot = upload(headset, of.frames.len(), limits.pair_deg(), |frame| {
+            let uploaded = upload(headset, of.frames.len(), limits.pair_deg(), |frame| {
                 let (left, right) =
                     (StereoTexels::read(&beside.frames[frame])?, StereoTexels::read(&of.frames[frame])?);
                 if (left.width, left.height) != (right.width, right.height) {
@@ -111,7 +111,7 @@ impl Pictures {
                 let texels = side_by_side(&left.texels[eye], &right.texels[eye], left.width as usize);
                 Ok(Frame { path: &of.frames[frame], size, texels: vec![texels] })
             })?;
-            out.pairs.insert((reference, test, eye), shot);
+            out.pairs.insert((reference, test, eye), uploaded);
         }
         Ok(out)
     }

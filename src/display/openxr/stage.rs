@@ -171,13 +171,13 @@ impl Stage {
                 match reference {
                     Some(reference) => {
                         let eye = self.content.presentations.get(*presentation as usize).map_or(0, |p| p.eye);
-                        let shot = self.pictures.pairs.get(&(*reference, *stimulus, eye));
-                        let shown = shot.and_then(|shot| self.pair(shot, *frame, home, spaces, out));
+                        let uploaded = self.pictures.pairs.get(&(*reference, *stimulus, eye));
+                        let shown = uploaded.and_then(|uploaded| self.pair(uploaded, *frame, home, spaces, out));
                         shown.ok_or_else(|| board::unknown(screen))?;
                     }
                     None => {
-                        let shot = self.pictures.stereo.get(*stimulus as usize);
-                        let shown = shot.and_then(|shot| self.stereo(shot, *frame, home, spaces, out));
+                        let uploaded = self.pictures.stereo.get(*stimulus as usize);
+                        let shown = uploaded.and_then(|uploaded| self.stereo(uploaded, *frame, home, spaces, out));
                         shown.ok_or_else(|| board::unknown(screen))?;
                     }
                 }
@@ -207,7 +207,7 @@ impl Stage {
     /// Adds a mirrored pair: both eyes see one flat picture at zero disparity. None: there is no such frame.
     fn pair<'a>(
         &self,
-        shot: &'a UploadedStimulus,
+        uploaded: &'a UploadedStimulus,
         frame: u32,
         home: Pose,
         spaces: &'a Spaces,
@@ -215,8 +215,8 @@ impl Stage {
     ) -> Option<()> {
         let (space, from) = self.anchor(home, spaces);
         let pose = from.then(place::ahead(Vec3::ZERO, SCREEN_M));
-        let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);
-        let (texture, layer) = shot.picture(frame, 0)?;
+        let size = place::size_m(uploaded.width_deg, uploaded.aspect, SCREEN_M);
+        let (texture, layer) = uploaded.picture(frame, 0)?;
         out.quads.push(quad(texture, layer, xr::EyeVisibility::BOTH, space, pose, size));
         Some(())
     }
@@ -224,17 +224,17 @@ impl Stage {
     /// Adds a stereo picture: each eye sees its own, centred on its own axis. None: there is no such frame.
     fn stereo<'a>(
         &self,
-        shot: &'a UploadedStimulus,
+        uploaded: &'a UploadedStimulus,
         frame: u32,
         home: Pose,
         spaces: &'a Spaces,
         out: &mut Layers<'a>,
     ) -> Option<()> {
-        let pictures = [shot.picture(frame, 0)?, shot.picture(frame, 1)?];
+        let pictures = [uploaded.picture(frame, 0)?, uploaded.picture(frame, 1)?];
         let (space, from) = self.anchor(home, spaces);
         if self.content.geometry == Geometry::Projection {
-            let half_x = (shot.width_deg / 2.0).to_radians() as f32;
-            let half_y = (place::vertical_deg(shot.width_deg, shot.aspect) / 2.0).to_radians() as f32;
+            let half_x = (uploaded.width_deg / 2.0).to_radians() as f32;
+            let half_y = (place::vertical_deg(uploaded.width_deg, uploaded.aspect) / 2.0).to_radians() as f32;
             let fov = xr::Fovf { angle_left: -half_x, angle_right: half_x, angle_up: half_y, angle_down: -half_y };
             let view = |eye: usize| {
                 let at = Pose { position: self.eyes[eye].pose.position, ..Pose::IDENTITY };
@@ -246,7 +246,7 @@ impl Stage {
             out.projections.push((space, [view(0), view(1)]));
             return Some(());
         }
-        let size = place::size_m(shot.width_deg, shot.aspect, SCREEN_M);
+        let size = place::size_m(uploaded.width_deg, uploaded.aspect, SCREEN_M);
         for (((texture, layer), (_, visible_to)), eye) in pictures.into_iter().zip(EYES).zip(&self.eyes) {
             let pose = from.then(place::ahead(eye.pose.position, SCREEN_M));
             out.quads.push(quad(texture, layer, visible_to, space, pose, size));
